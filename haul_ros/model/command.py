@@ -1,0 +1,53 @@
+"""Commands of the driver, as given at a locomotive and stamped in simulation time."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from haul_ros.errors import CommandError
+
+
+class CommandKind(enum.Enum):
+    """What a command sets."""
+
+    BRAKE = "brake"
+    """Service brake demand, 0 release .. 1 full service."""
+    EMERGENCY = "emergency"
+    """1: emergency, latched; 0: end it, at standstill only."""
+    TRACTION = "traction"
+    """Tractive effort [N], cut by any brake demand of the same locomotive."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One command, addressed to a locomotive by name; value in the unit of its kind."""
+
+    locomotive: str
+    kind: CommandKind
+    value: float
+
+    def check(self) -> None:
+        """Refuse a value that means nothing.
+
+        Raises
+        ------
+        CommandError
+            NaN, infinite or outside the range of the kind.
+        """
+        if not math.isfinite(self.value):
+            raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be a finite number")
+        if self.kind is CommandKind.TRACTION:
+            if self.value < 0.0:
+                raise CommandError(f"{self.locomotive}: traction = {self.value} N, must be 0 or more")
+        elif not 0.0 <= self.value <= 1.0:
+            raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be 0 (release) to 1 (full)")
+
+
+@dataclass(frozen=True, slots=True)
+class TimedCommand:
+    """A command given at ``time`` [s] of the simulation."""
+
+    time: float
+    command: Command

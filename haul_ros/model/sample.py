@@ -1,0 +1,50 @@
+"""What a simulation tells at one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sample:
+    """State of the train at one instant; arrays are copies, compression positive.
+
+    ``time_ns`` is the simulation time in whole nanoseconds, from the step counter.
+    Couplers (n_couplers,): stroke [m], stroke rate [m/s], force [N]. A rigid drawbar has stroke 0.
+    Vehicles (n_vehicles,): chainage of the centre [m], speed [m/s], brake force [N] (against
+    forward motion positive), brake cylinder pressure [Pa].
+    """
+
+    step: int
+    time_ns: int
+    stroke: FloatArray
+    stroke_rate: FloatArray
+    coupler_force: FloatArray
+    chainage: FloatArray
+    speed: FloatArray
+    brake_force: FloatArray
+    cylinder_pressure: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CouplerExtremes:
+    """Largest values per coupler since the start, taken at every time step.
+
+    Arrays (n_couplers,): ``compression`` and ``tension`` are the largest buff and draft forces
+    [N] as magnitudes (0 if the coupler never bore any), ``*_time`` when they occurred [s],
+    ``compression_stroke`` and ``tension_stroke`` the largest strokes [m] as magnitudes,
+    ``bottomed_time`` [s] when the gear first closed fully (NaN: never).
+    """
+
+    compression: FloatArray
+    compression_time: FloatArray
+    tension: FloatArray
+    tension_time: FloatArray
+    compression_stroke: FloatArray
+    tension_stroke: FloatArray
+    bottomed_time: FloatArray

@@ -1,0 +1,38 @@
+"""A run, complete: train, line, radio, commands and the numbers of the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from haul_ros.model.brake_system import BrakeSystem
+from haul_ros.model.command import TimedCommand
+from haul_ros.model.consist import Consist
+from haul_ros.model.radio import RadioLink
+from haul_ros.model.track import Track
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything a simulation needs, in SI units.
+
+    ``radio`` has one link per slave locomotive. ``document`` is the same scenario as
+    self-contained YAML text, overrides and catalogue data included: loading it gives an equal
+    scenario, so a recording that carries it can be simulated again. ``caveats`` are one-line
+    statements on fitted or assumed data used.
+    """
+
+    name: str
+    description: str
+    consist: Consist
+    brakes: BrakeSystem
+    track: Track
+    radio: Mapping[str, RadioLink]
+    radio_seed: int
+    initial_speed: float
+    commands: tuple[TimedCommand, ...]
+    time_step: float
+    sample_rate: float
+    max_duration: float
+    document: str
+    caveats: tuple[str, ...] = ()

@@ -1,0 +1,75 @@
+"""Package of haul_ros, for pip and as ament_python package for colcon."""
+
+import re
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "haul_ros"
+HERE = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
+SHARE = f"share/{NAME}"
+VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "__init__.py").read_text(encoding="utf-8")).group(1)
+
+
+def config_files():
+    """Shipped YAML and schema files, each to the folder of the same name below share/haul_ros."""
+    folders = {}
+    for path in sorted((HERE / "config").rglob("*")):
+        if path.suffix in (".yaml", ".json"):
+            relative = path.relative_to(HERE)
+            folders.setdefault(f"{SHARE}/{relative.parent}", []).append(str(relative))
+    return list(folders.items())
+
+
+setup(
+    name=NAME,
+    version=VERSION,
+    description="Longitudinal dynamics of heavy-haul trains in real time, for ROS 2",
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    maintainer="haul_ros maintainers",
+    maintainer_email="maintainers@haul-ros.example",
+    license="Apache-2.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (SHARE, ["package.xml"]),
+        (f"{SHARE}/launch", ["launch/train.launch.py"]),
+        *config_files(),
+    ],
+    python_requires=">=3.11",
+    install_requires=[
+        "numpy",
+        "numba",
+        "mcap>=1.6",
+        "rosbags>=0.11",
+        "ruamel.yaml",
+        "jsonschema>=4.10",
+        "matplotlib",
+        "tqdm",
+    ],
+    extras_require={
+        # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "parquet": ["pyarrow"],
+        "test": [
+            "pytest",
+            "hypothesis",
+            "scipy",
+            "mcap-ros2-support",
+            "pyarrow",
+            "ruff",
+            "mypy",
+            "import-linter",
+            "colcon-common-extensions",
+        ],
+    },
+    entry_points={
+        "console_scripts": [
+            "haul = haul_ros.cli.main:main",
+            "train_node = haul_ros.ros.node:main",
+        ],
+    },
+    zip_safe=False,
+)
