@@ -1,0 +1,124 @@
+"""Line, radio links, commands and time grid from a checked document."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.consist import MASTER, Consist
+from haul_ros.model.radio import RadioLink
+from haul_ros.model.track import Track
+from haul_ros.scenario.document import Document, KeyPath
+
+_WHOLE = 1e-9
+
+
+def track(document: Document) -> Track:
+    """The line as steps along the chainage.
+
+    Raises
+    ------
+    ScenarioError
+        Grades or curves that are not in order of chainage, or curves that overlap.
+    """
+    entry = document.data["track"]
+    grades: list[tuple[float, float]] = []
+    for index, grade in enumerate(entry["grades"]):
+        if grades and grade["from_m"] <= grades[-1][0]:
+            path = ("track", "grades", index, "from_m")
+            raise document.refusal(path, f"must be above that of the grade before, {grades[-1][0]:g}")
+        grades.append((float(grade["from_m"]), grade["grade_permille"] / 1e3))
+    return Track(float(entry["start_chainage_m"]), tuple(grades), _curves(document, entry["curves"]))
+
+
+def _curves(document: Document, entries: list[dict[str, Any]]) -> tuple[tuple[float, float], ...]:
+    steps: list[tuple[float, float]] = []
+    for index, curve in enumerate(entries):
+        path: KeyPath = ("track", "curves", index)
+        begin, end = float(curve["from_m"]), float(curve["to_m"])
+        if end <= begin:
+            raise document.refusal((*path, "to_m"), f"must be above from_m, {begin:g}")
+        if steps and begin < steps[-1][0]:
+            raise document.refusal((*path, "from_m"), f"the curve before ends at {steps[-1][0]:g}")
+        if steps and begin == steps[-1][0]:
+            steps.pop()
+        steps += [(begin, 1.0 / curve["radius_m"]), (end, 0.0)]
+    return tuple(steps)
+
+
+def _link(entry: dict[str, Any], base: RadioLink) -> RadioLink:
+    return replace(
+        base,
+        delay=float(entry.get("delay_s", base.delay)),
+        jitter=float(entry.get("jitter_s", base.jitter)),
+        loss_probability=float(entry.get("loss_probability", base.loss_probability)),
+        connected=entry.get("connected", base.connected),
+    )
+
+
+def radio_links(document: Document, train: Consist) -> dict[str, RadioLink]:
+    """One link per slave: the default with what is given for that slave.
+
+    Raises
+    ------
+    ScenarioError
+        A link to a slave that the train does not have.
+    """
+    entry = document.data["radio"]
+    slaves = [loco.name for loco in train.locomotives if loco.name != MASTER]
+    for key in entry:
+        if key.startswith("slave_") and key not in slaves:
+            raise document.error(("radio", key), f"no such locomotive, slaves: {', '.join(slaves) or 'none'}")
+    base = _link(entry["default"], RadioLink())
+    return {name: _link(entry.get(name, {}), base) for name in slaves}
+
+
+def _command(document: Document, path: KeyPath, train: Consist) -> Command:
+    entry = document.at(path)
+    locomotive = train.locomotive(entry["locomotive"])
+    if locomotive is None:
+        names = ", ".join(loco.name for loco in train.locomotives)
+        raise document.refusal((*path, "locomotive"), f"must be one of {names}")
+    if "emergency" in entry:
+        return Command(locomotive.name, CommandKind.EMERGENCY, float(entry["emergency"]))
+    if "brake" in entry:
+        return Command(locomotive.name, CommandKind.BRAKE, float(entry["brake"]))
+    vehicle = train.vehicles[locomotive.vehicle]
+    effort = entry["traction_kN"] * 1e3
+    if effort > vehicle.max_tractive_effort:
+        limit = vehicle.max_tractive_effort / 1e3
+        raise document.refusal((*path, "traction_kN"), f"must be at most {limit:g}, all that {vehicle.name} has")
+    return Command(locomotive.name, CommandKind.TRACTION, effort)
+
+
+def commands(document: Document, train: Consist) -> tuple[TimedCommand, ...]:
+    """The timed commands, in order of time.
+
+    Raises
+    ------
+    ScenarioError
+        A locomotive that the train does not have, or more traction than it has.
+    """
+    timed = [
+        TimedCommand(float(entry["at_s"]), _command(document, ("commands", index), train))
+        for index, entry in enumerate(document.data["commands"])
+    ]
+    return tuple(sorted(timed, key=lambda command: command.time))
+
+
+def time_grid(document: Document) -> tuple[float, float]:
+    """Time step [s] and sample rate [Hz].
+
+    Raises
+    ------
+    ScenarioError
+        A sample does not take a whole number of time steps.
+    """
+    time_step = document.data["time_step_ms"] / 1e3
+    sample_rate = float(document.data["sample_rate_hz"])
+    steps = 1.0 / (time_step * sample_rate)
+    if round(steps) < 1 or abs(steps - round(steps)) > _WHOLE * steps:
+        problem = f"a sample takes {steps:.9g} time steps of {document.data['time_step_ms']:g} ms"
+        raise document.refusal(("sample_rate_hz",), f"{problem}, must be a whole number of them")
+    return time_step, sample_rate

@@ -1,0 +1,119 @@
+"""YAML 1.2 text to a document with line numbers, and back."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.representer import SafeRepresenter
+
+from haul_ros.errors import ScenarioError
+from haul_ros.scenario.document import Document, KeyPath, dotted
+
+
+def read_yaml(path: Path) -> Document:
+    """Read a file.
+
+    Raises
+    ------
+    FileNotFoundError, IsADirectoryError
+        There is no such file: the caller knows what was looked for.
+    ScenarioError
+        It cannot be read, is not UTF-8 text or not YAML, or a key occurs twice.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except (FileNotFoundError, IsADirectoryError):
+        raise
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: not a YAML file: not text in UTF-8") from error
+    except (OSError, ValueError) as error:
+        raise ScenarioError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error
+    return parse_yaml(text, str(path))
+
+
+def parse_yaml(text: str, label: str) -> Document:
+    """Parse the text of one YAML document; ``label`` names it in messages.
+
+    Raises
+    ------
+    ScenarioError
+        It is not YAML, or a key occurs twice or is not text.
+    """
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        node = yaml.compose(text)
+        if node is None:
+            return Document(label, None)
+        # The constructor checks for duplicate keys and merges `<<` into the nodes, before lines are taken.
+        value = yaml.constructor.construct_document(node)
+        document = Document(label, value)
+        document.data = _locate(document, node, value, ())
+    except MarkedYAMLError as error:
+        line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
+        problem = " ".join(str(error.problem or error.context).split())
+        raise ScenarioError(f"{label}{line}: not valid YAML: {problem}") from error
+    except YAMLError as error:
+        raise ScenarioError(f"{label}: not a YAML file: {' '.join(str(error).split())}") from error
+    except (ValueError, KeyError) as error:
+        # From the constructor, on a scalar that looks like a number or a date, or is tagged so, and is none.
+        raise ScenarioError(f"{label}: not valid YAML: a value is not what its form says: {error}") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{label}: not usable: nested too deeply, or inside itself") from error
+    return document
+
+
+def _locate(document: Document, node: Node, value: Any, path: KeyPath) -> Any:
+    """Note the line of everything below a node; returns the value rebuilt without shared (aliased) parts."""
+    if path:
+        document.origins.setdefault(path, f"{document.label}:{node.start_mark.line + 1}")
+    if isinstance(node, ScalarNode):
+        return value
+    if isinstance(node, MappingNode) and isinstance(value, dict):
+        children = {}
+        for key_node, child in node.value:
+            line = f"{document.label}:{key_node.start_mark.line + 1}"
+            if not isinstance(key_node, ScalarNode) or key_node.value not in value:
+                key = key_node.value if isinstance(key_node, ScalarNode) else "?"
+                raise ScenarioError(f"{line}: {dotted((*path, key))}: a key must be text")
+            document.origins[(*path, key_node.value)] = line
+            children[key_node.value] = child
+        return {key: _locate(document, children[key], child, (*path, key)) for key, child in value.items()}
+    if isinstance(node, SequenceNode) and isinstance(value, list):
+        return [
+            _locate(document, child_node, child, (*path, index))
+            for index, (child_node, child) in enumerate(zip(node.value, value, strict=True))
+        ]
+    raise document.error(path, f"the tag {node.tag} is not used here")
+
+
+_PLAIN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./ -]*")
+
+
+class _Representer(SafeRepresenter):
+    """Quotes all text but simple words: some plain text that ruamel.yaml writes, it cannot read (``:0``)."""
+
+    def represent_text(self, text: str) -> Any:
+        """The scalar node of a text."""
+        style = None if _PLAIN.fullmatch(text) else '"'
+        return self.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+_Representer.add_representer(str, _Representer.represent_text)
+
+
+def dump_yaml(data: Any) -> str:
+    """YAML text that gives the same data again, in the same order."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Representer = _Representer
+    yaml.default_flow_style = None  # the innermost collections on one line each
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.width = 1_000_000
+    stream = io.StringIO()
+    yaml.dump(data, stream)
+    return stream.getvalue()

@@ -1,0 +1,147 @@
+"""Line, radio, commands, time grid and brakes of a scenario."""
+
+import pytest
+
+from haul_ros.errors import ScenarioError
+from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.scenario.loader import load_scenario_text
+
+
+@pytest.fixture
+def load(small_train):
+    """The small train with more lines."""
+    return lambda *lines: load_scenario_text(small_train + "\n".join(lines) + "\n", "x")
+
+
+def test_grades_and_curves_become_steps_along_the_chainage(load):
+    track = load(
+        "track:",
+        "  start_chainage_m: 1000",
+        "  grades: [{from_m: 0, grade_permille: 5}, {from_m: 500, grade_permille: -12}]",
+        "  curves:",
+        "    - {from_m: 100, to_m: 300, radius_m: 800}",
+        "    - {from_m: 300, to_m: 400, radius_m: 400}",
+        "    - {from_m: 600, to_m: 700, radius_m: 500}",
+    ).track
+    assert track.start_chainage == 1000.0
+    assert track.grades == ((0.0, 0.005), (500.0, -0.012))
+    assert track.curves == (
+        (100.0, 1 / 800),
+        (300.0, 1 / 400),
+        (400.0, 0.0),
+        (600.0, 1 / 500),
+        (700.0, 0.0),
+    )
+
+
+def test_a_link_takes_from_the_default_what_it_does_not_say(load):
+    scenario = load("radio: {seed: 7, default: {delay_s: 2, loss_probability: 0.1}, slave_1: {jitter_s: 1}}")
+    link = scenario.radio["slave_1"]
+    assert (link.delay, link.jitter, link.loss_probability, link.connected) == (2.0, 1.0, 0.1, True)
+    assert scenario.radio_seed == 7
+
+
+def test_commands_are_in_order_of_time_and_in_si_units(load):
+    commands = load(
+        "commands:",
+        "  - {at_s: 9, locomotive: master, emergency: true}",
+        "  - {at_s: 5, locomotive: slave_1, brake: 0.5}",
+        "  - {at_s: 0, locomotive: master, traction_kN: 300}",
+        "  - {at_s: 5, locomotive: slave_1, brake: 0.6}",
+    ).commands
+    assert commands == (
+        TimedCommand(0.0, Command("master", CommandKind.TRACTION, 300e3)),
+        TimedCommand(5.0, Command("slave_1", CommandKind.BRAKE, 0.5)),
+        TimedCommand(5.0, Command("slave_1", CommandKind.BRAKE, 0.6)),
+        TimedCommand(9.0, Command("master", CommandKind.EMERGENCY, 1.0)),
+    )
+
+
+@pytest.mark.parametrize(("step", "rate"), [(1, 50), (0.25, 50), (0.1, 1000), (2, 500), (1000 / 60, 60)])
+def test_a_sample_of_a_whole_number_of_steps_is_accepted(load, step, rate):
+    scenario = load(f"time_step_ms: {step!r}", f"sample_rate_hz: {rate!r}")
+    assert scenario.time_step == pytest.approx(step / 1e3)
+    assert scenario.sample_rate == pytest.approx(rate)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        (
+            "time_step_ms: 0.3",
+            "x: sample_rate_hz = 50, a sample takes 66.6666667 time steps of 0.3 ms, must be a whole",
+        ),
+        ("sample_rate_hz: 2000", "x:8: sample_rate_hz = 2000, a sample takes 0.5 time steps of 1 ms, must be a whole"),
+        ("time_step_ms: 0", "x:8: time_step_ms = 0, must be above 0"),
+        ("max_duration_s: -1", "x:8: max_duration_s = -1, must be above 0"),
+        (
+            "track: {grades: [{from_m: 5, grade_permille: 1}, {from_m: 5, grade_permille: 2}]}",
+            "x:8: track.grades.1.from_m = 5, must be above that of the grade before, 5",
+        ),
+        ("track: {grades: [{from_m: 5, grade: 1}]}", "track.grades.0.grade: unknown key, did you mean grade_permille?"),
+        ("track: {curves: [{from_m: 5, to_m: 5, radius_m: 400}]}", "track.curves.0.to_m = 5, must be above from_m, 5"),
+        (
+            "track: {curves: [{from_m: 0, to_m: 9, radius_m: 400}, {from_m: 8, to_m: 10, radius_m: 400}]}",
+            "track.curves.1.from_m = 8, the curve before ends at 9",
+        ),
+        ("track: {curves: [{from_m: 0, to_m: 9, radius_m: 0}]}", "track.curves.0.radius_m = 0, must be at least 50"),
+        ("radio: {slave_2: {delay_s: 1}}", "x:8: radio.slave_2: no such locomotive, slaves: slave_1"),
+        ("radio: {default: {delay_s: -1}}", "x:8: radio.default.delay_s = -1, must be at least 0"),
+        ("radio: {default: {loss_probability: 2}}", "radio.default.loss_probability = 2, must be at most 1"),
+        (
+            "commands: [{at_s: 0, locomotive: slave_2, brake: 1}]",
+            "x:8: commands.0.locomotive = 'slave_2', must be one of master, slave_1",
+        ),
+        ("commands: [{at_s: 0, locomotive: master, brake: 1.01}]", "commands.0.brake = 1.01, must be at most 1"),
+        ("commands: [{at_s: -1, locomotive: master, brake: 1}]", "commands.0.at_s = -1, must be at least 0"),
+        ("commands: [{at_s: 0, locomotive: master, emergency: 1}]", "commands.0.emergency = 1, must be true or false"),
+        (
+            "commands: [{at_s: 0, locomotive: master, traction_kN: 628}]",
+            "commands.0.traction_kN = 628, must be at most 627.8, all that SS4 has",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused(load, line, expected):
+    with pytest.raises(ScenarioError) as caught:
+        load(line)
+    assert expected in str(caught.value)
+
+
+BRAKES = """\
+brake_systems:
+  paper_set_b:
+    wave_speeds: {emergency_mps: 250, service_mps: 230, release_mps: 150}
+    build_up: {BUILD_UP, service_time_s: 15, release_time_s: 20, friction_follows_pressure: true}
+    full_service_fraction: 0.9"""
+
+
+def test_a_linear_build_up_has_its_knee_at_the_end(load):
+    brakes = load(BRAKES.replace("BUILD_UP", "full_time_s: 3")).brakes
+    assert (brakes.build_up.knee, brakes.build_up.knee_time, brakes.build_up.full_time) == (1.0, 3.0, 3.0)
+    assert (brakes.wave_speeds.emergency, brakes.wave_speeds.service, brakes.wave_speeds.release) == (250, 230, 150)
+    assert (brakes.build_up.service_time, brakes.build_up.release_time) == (15.0, 20.0)
+    assert brakes.build_up.friction_follows_pressure
+    assert brakes.full_service == 0.9
+
+
+def test_a_two_stage_build_up_has_its_knee_where_it_is_given(load):
+    build_up = load(BRAKES.replace("BUILD_UP", "knee_fraction: 0.36, knee_time_s: 1, full_time_s: 10")).brakes.build_up
+    assert (build_up.knee, build_up.knee_time, build_up.full_time) == (0.36, 1.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("build_up", "expected"),
+    [
+        (
+            "knee_fraction: 0.36, knee_time_s: 5, full_time_s: 5",
+            "build_up.knee_time_s = 5, must be below full_time_s, 5",
+        ),
+        ("knee_fraction: 0.36, full_time_s: 5", "build_up: knee_fraction needs knee_time_s beside it"),
+        ("knee_fraction: 1, knee_time_s: 1, full_time_s: 5", "build_up.knee_fraction = 1, must be below 1"),
+        ("full_time_s: 0", "build_up.full_time_s = 0, must be above 0"),
+    ],
+)
+def test_a_build_up_that_cannot_be_is_refused(load, build_up, expected):
+    with pytest.raises(ScenarioError) as caught:
+        load(BRAKES.replace("BUILD_UP", build_up))
+    assert expected in str(caught.value)

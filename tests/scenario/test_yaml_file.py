@@ -1,0 +1,79 @@
+"""Reading and writing YAML."""
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from haul_ros.errors import ScenarioError
+from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
+
+KEYS = st.from_regex("[A-Za-z0-9][A-Za-z0-9_.-]*", fullmatch=True)
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=10),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=3),
+    max_leaves=10,
+)
+
+
+def test_numbers_and_words_are_those_of_yaml_1_2():
+    data = parse_yaml("{a: 1e-3, b: no, c: 1E3, d: 012, e: true}", "x").data
+    assert data == {"a": 0.001, "b": "no", "c": 1000.0, "d": 12, "e": True}
+
+
+def test_each_value_knows_its_line():
+    document = parse_yaml("a:\n  b: 1\n  c:\n    - 2\n    - {d: 3,\n       e: 4}\n", "x.yaml")
+    paths = [("a",), ("a", "b"), ("a", "c", 0), ("a", "c", 1, "d"), ("a", "c", 1, "e"), ("a", "c", 1, "e", "unknown")]
+    assert [document.origin(path) for path in paths] == [f"x.yaml:{line}" for line in (1, 2, 4, 5, 6, 6)]
+    assert document.origin(()) == "x.yaml"
+
+
+def test_a_merged_mapping_can_be_overridden_key_by_key():
+    assert parse_yaml("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}", "x").data["b"] == {"x": 1, "y": 3}
+
+
+@settings(max_examples=60, deadline=None)
+@example({"a": {"b": ":0", "c": "?0", "d": "\x85", "e": "大秦", "f": "null", "g": "1e3", "h": " x ", "i": "- a"}})
+@given(st.dictionaries(KEYS, PLAIN, max_size=4))
+def test_what_is_written_reads_back_the_same_in_the_same_order(data):
+    text = dump_yaml(data)
+    again = parse_yaml(text, "x").data
+    assert again == data
+    assert list(again) == list(data)
+    assert dump_yaml(again) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("a: 1\nb: 2\na: 3\n", r"^x:3: not valid YAML: found duplicate key \"a\""),
+        ("a: [1, 2\n", r"^x:2: not valid YAML: "),
+        ("a: 1\n b: 2\n", r"^x:2: not valid YAML: mapping values are not allowed here$"),
+        ("a: !wagon {}\n", r"^x:1: not valid YAML: could not determine a constructor for the tag '!wagon'$"),
+        ("a: 1\nb: !!set {c}\n", r"^x:2: b: the tag .*set is not used here$"),
+        ("a: 1\n? [b]\n: 2\n", r"^x:2: \?: a key must be text$"),
+        ("a: 1\n1: 2\n", r"^x:2: 1: a key must be text$"),
+        ("a: *b\n", r"^x:1: not valid YAML: found undefined alias"),
+        ("a: 1\n---\nb: 2\n", r"^x:2: not valid YAML: but found another document$"),
+        ("a: &b [*b]\n", r"^x: not usable: nested too deeply, or inside itself$"),
+        ("a: " + "[" * 3000, r"^x: not usable: nested too deeply"),
+        ("a: !!bool maybe\n", r"^x: not valid YAML: a value is not what its form says: 'maybe'$"),
+        ("a: 2017-13-45\n", r"^x: not valid YAML: a value is not what its form says: month"),
+        ("a: \x01\n", r"^x: not a YAML file: unacceptable character"),
+    ],
+)
+def test_what_is_not_yaml_is_refused_in_one_line(text, expected):
+    with pytest.raises(ScenarioError, match=expected) as caught:
+        parse_yaml(text, "x")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_binary_file_is_refused(tmp_path):
+    path = tmp_path / "x.yaml"
+    path.write_bytes(bytes(range(256)))
+    with pytest.raises(ScenarioError, match=r"x.yaml: not a YAML file: not text in UTF-8$"):
+        read_yaml(path)
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "just text", "[]"])
+def test_a_text_without_keys_has_no_mapping(text):
+    assert not isinstance(parse_yaml(text, "x").data, dict)
