@@ -1,0 +1,61 @@
+"""Energy balance of a run.
+
+With gamma = 1/2 and beta = 1/4 the change of kinetic energy in a step equals the work of the
+forces by the trapezoidal rule identically; what the balance leaves over is the Newton residual.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from haul_ros.physics.hinges import stored_energy
+from haul_ros.physics.kernel import arrays as a
+from haul_ros.physics.train_model import TrainModel
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyBalance:
+    """Energies [J] since the start of a run.
+
+    ``gear_stored`` is what the draft gears would give back, ``gear_dissipated`` what they have
+    turned into heat; ``gravity_work`` and ``traction_work`` were given to the train.
+    """
+
+    kinetic_start: float
+    kinetic: float
+    brake_work: float
+    resistance_work: float
+    gravity_work: float
+    traction_work: float
+    gear_stored: float
+    gear_dissipated: float
+
+    @property
+    def imbalance(self) -> float:
+        """Energy that has appeared from nowhere (or, negative, vanished) [J]."""
+        spent = self.brake_work + self.resistance_work + self.gear_stored + self.gear_dissipated
+        return self.kinetic + spent - self.kinetic_start - self.gravity_work - self.traction_work
+
+    @property
+    def relative_imbalance(self) -> float:
+        """Imbalance over the initial kinetic energy, or over all work given to a train that started at rest."""
+        given = self.kinetic_start + abs(self.gravity_work) + self.traction_work
+        return self.imbalance / given if given > 0.0 else 0.0
+
+
+def energy_balance(model: TrainModel) -> EnergyBalance:
+    """Energy balance of a train from its start to the present time."""
+    train = model.train
+    stored = float(sum(stored_energy(g, s) for g, s in zip(model.gears, train.connections[a.STROKE], strict=True)))
+    return EnergyBalance(
+        kinetic_start=model.initial_kinetic_energy,
+        kinetic=model.kinetic_energy,
+        brake_work=float(np.sum(train.vehicles[a.BRAKE_WORK])),
+        resistance_work=float(np.sum(train.vehicles[a.RESISTANCE_WORK])),
+        gravity_work=float(np.sum(train.vehicles[a.GRAVITY_WORK])),
+        traction_work=float(np.sum(train.vehicles[a.TRACTION_WORK])),
+        gear_stored=stored,
+        gear_dissipated=float(np.sum(train.connections[a.WORK])) - stored,
+    )

@@ -1,0 +1,70 @@
+"""Draft gear curves as sums of hinges, the form that the kernel evaluates.
+
+Any piecewise linear curve with f(0) = 0 is ``f(x) = sum of slope[i] max(0, x - knot[i])``: tables,
+slack (knots moved outwards), preload (a steep first piece) and bottoming (a steep last one) need
+no cases of their own.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haul_ros.model.draft_gear import Curve, DraftGear, SideCurves
+
+Floats = NDArray[np.float64]
+
+
+def _with_preload_ramp(curve: Curve, solid_stiffness: float) -> Curve:
+    """Replace a jump at stroke 0 by the steep line ``solid_stiffness * x`` up to where it meets the curve."""
+    preload = curve[0][1]
+    if preload == 0.0:
+        return curve
+    points = [*curve, _beyond(curve)]
+    for (x0, f0), (x1, f1) in pairwise(points):
+        slope = (f1 - f0) / (x1 - x0)
+        meeting = (f0 - slope * x0) / (solid_stiffness - slope)
+        if meeting <= x1:
+            rest = tuple(p for p in curve if p[0] > meeting)
+            return ((0.0, 0.0), (meeting, solid_stiffness * meeting), *(rest or (_beyond(curve),)))
+    raise ValueError(f"solid stiffness {solid_stiffness} N/m is not above the slope of the curve")
+
+
+def _beyond(curve: Curve) -> tuple[float, float]:
+    """A point 1 m past the last one, on the last slope."""
+    (x0, f0), (x1, f1) = curve[-2], curve[-1]
+    return x1 + 1.0, f1 + (f1 - f0) / (x1 - x0)
+
+
+def _slopes_at(curve: Curve, knots: Floats) -> Floats:
+    """Slope to the right of each knot [N/m]; the last slope goes on."""
+    strokes = np.array([x for x, _ in curve])
+    forces = np.array([f for _, f in curve])
+    slopes = np.diff(forces) / np.diff(strokes)
+    piece = np.clip(np.searchsorted(strokes, knots, side="right") - 1, 0, len(slopes) - 1)
+    return np.asarray(slopes[piece], dtype=np.float64)
+
+
+def side_hinges(gear: DraftGear, side: SideCurves) -> tuple[Floats, Floats, Floats]:
+    """Knots [m] and slope changes [N/m] of the loading and the unloading curve of one side, each (h,)."""
+    loading = _with_preload_ramp(side.loading, gear.solid_stiffness)
+    unloading = _with_preload_ramp(side.unloading, gear.solid_stiffness)
+    knots = {x for x, _ in loading[:-1]} | {x for x, _ in unloading[:-1]}
+    # A table that ends on its last slope has no knot at its last point.
+    stops = np.isfinite(gear.maximum_stroke) and gear.bottoming_stiffness > 0.0
+    if stops:
+        knots.add(gear.maximum_stroke)
+    at = np.array(sorted(knots))
+    closed = np.where(at >= gear.maximum_stroke, gear.bottoming_stiffness, 0.0) if stops else 0.0
+    changes = [np.diff(_slopes_at(curve, at) + closed, prepend=0.0) for curve in (loading, unloading)]
+    return at + gear.slack / 2.0, changes[0], changes[1]
+
+
+def stored_energy(gear: DraftGear, stroke: float) -> float:
+    """Energy [J] that a gear gives back when let out slowly: the area under its unloading curve."""
+    side = gear.compression if stroke >= 0.0 else gear.tension
+    knots, _, unloading = side_hinges(gear, side)
+    past = np.maximum(0.0, abs(stroke) - knots)
+    return float(np.sum(0.5 * unloading * past**2))

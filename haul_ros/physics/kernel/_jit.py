@@ -1,0 +1,51 @@
+"""How the kernel is compiled."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+# No test for a zero divisor at each division: a quotient that is not a number shows in the residual.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True}
+
+
+def _source_digest() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def inner(function: _Function) -> _Function:
+    """Compile a function that only other compiled functions call.
+
+    No fast-math anywhere: without reassociation and contraction the same run gives the same bits
+    on every x86-64 machine.
+    """
+    compiled: _Function = numba.njit(**_OPTIONS)(function)
+    return compiled
+
+
+def entry(function: _Function) -> _Function:
+    """Compile a function that Python calls, once per installation: the machine code is cached.
+
+    numba looks only at the file of the cached function itself, so a change in another kernel file
+    would run stale code; the digest of all kernel sources in the name keeps the caches apart.
+    """
+    function.__qualname__ = f"{function.__name__}_{_source_digest()}"
+    try:
+        compiled: _Function = numba.njit(cache=True, **_OPTIONS)(function)
+    except RuntimeError:  # neither the installation nor the user's cache folder can be written
+        compiled = numba.njit(**_OPTIONS)(function)
+    return compiled
+
+
+def is_cached(function: Any) -> bool:
+    """Whether the machine code of an entry is at hand; else its first call has to make it, which takes some 20 s."""
+    return bool(function.signatures) or any(Path(function.stats.cache_path or ".").glob(f"*{function.__qualname__}*.nbi"))
