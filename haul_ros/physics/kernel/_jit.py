@@ -48,4 +48,5 @@ def entry(function: _Function) -> _Function:
 
 def is_cached(function: Any) -> bool:
     """Whether the machine code of an entry is at hand; else its first call has to make it, which takes some 20 s."""
-    return bool(function.signatures) or any(Path(function.stats.cache_path or ".").glob(f"*{function.__qualname__}*.nbi"))
+    cache = Path(function.stats.cache_path or ".")
+    return bool(function.signatures) or any(cache.glob(f"*{function.__qualname__}*.nbi"))

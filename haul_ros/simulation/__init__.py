@@ -1,0 +1,1 @@
+"""Runs of a train in simulation time: commands, radio, sessions, pacing."""
