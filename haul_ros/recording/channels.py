@@ -1,0 +1,124 @@
+"""The topics of a train: names, message types and quality of service, once for publishers and recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+from haul_ros.model.command import CommandKind
+from haul_ros.model.consist import MASTER
+
+BOOL = "std_msgs/msg/Bool"
+FLOAT64 = "std_msgs/msg/Float64"
+FLOAT64_ARRAY = "std_msgs/msg/Float64MultiArray"
+JOINT_STATE = "sensor_msgs/msg/JointState"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+
+DEFAULT_PREFIX = "/haul"
+
+_INFINITE = QosTime(9_223_372_036, 854_775_807)
+
+
+def _reliable(depth: int, durability: QosDurability) -> Qos:
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=depth,
+        reliability=QosReliability.RELIABLE,
+        durability=durability,
+        deadline=_INFINITE,
+        lifespan=_INFINITE,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_INFINITE,
+        avoid_ros_namespace_conventions=False,
+    )
+
+
+STREAM = _reliable(50, QosDurability.VOLATILE)
+"""Samples: a subscriber may fall a second behind at 50 Hz and still gets every one."""
+EVENT = _reliable(10, QosDurability.VOLATILE)
+"""Commands and what is published about once a second."""
+LATCHED = _reliable(1, QosDurability.TRANSIENT_LOCAL)
+"""State that changes seldom: who subscribes later gets the last value at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One topic by its full name, its message type (``package/msg/Type``) and offered quality of service.
+
+    The values of the policies in ``qos`` are those of rmw, so ``rclpy.qos.DurabilityPolicy(qos.durability.value)``
+    is the same policy.
+    """
+
+    topic: str
+    msgtype: str
+    qos: Qos
+
+
+@dataclass(frozen=True)
+class ChannelTable:
+    """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
+
+    ``commands`` has a channel for every kind of command; ``radio_connected`` and ``radio_delay`` have slaves only.
+    """
+
+    prefix: str
+    couplers: Channel
+    vehicles: Channel
+    brake_cylinder_pressure: Channel
+    max_compression: Channel
+    max_tension: Channel
+    real_time_factor: Channel
+    diagnostics: Channel
+    applied_brake: Mapping[str, Channel]
+    commands: Mapping[CommandKind, Mapping[str, Channel]]
+    radio_connected: Mapping[str, Channel]
+    radio_delay: Mapping[str, Channel]
+
+    def __iter__(self) -> Iterator[Channel]:
+        yield from (self.couplers, self.vehicles, self.brake_cylinder_pressure)
+        yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
+        yield from self.applied_brake.values()
+        for by_locomotive in self.commands.values():
+            yield from by_locomotive.values()
+        yield from self.radio_connected.values()
+        yield from self.radio_delay.values()
+
+
+_COMMANDS = {
+    CommandKind.BRAKE: ("brake_command", FLOAT64),
+    CommandKind.EMERGENCY: ("emergency_brake", BOOL),
+    CommandKind.TRACTION: ("traction_command", FLOAT64),
+}
+
+
+def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> ChannelTable:
+    """The topics of a train with these commanded locomotives, private topics under ``prefix``, the node's full name.
+
+    ``/clock`` is not among them: a recording has its own time in every message.
+    """
+
+    def private(name: str, msgtype: str, qos: Qos) -> Channel:
+        return Channel(f"{prefix}/{name}", msgtype, qos)
+
+    def each(names: Sequence[str], name: str, msgtype: str, qos: Qos) -> Mapping[str, Channel]:
+        return MappingProxyType({loco: private(f"{loco}/{name}", msgtype, qos) for loco in names})
+
+    slaves = [name for name in locomotives if name != MASTER]
+    commands = {kind: each(locomotives, name, msgtype, EVENT) for kind, (name, msgtype) in _COMMANDS.items()}
+    return ChannelTable(
+        prefix=prefix,
+        couplers=private("couplers", JOINT_STATE, STREAM),
+        vehicles=private("vehicles", JOINT_STATE, STREAM),
+        brake_cylinder_pressure=private("brake_cylinder_pressure", FLOAT64_ARRAY, STREAM),
+        max_compression=private("max_compression", JOINT_STATE, EVENT),
+        max_tension=private("max_tension", JOINT_STATE, EVENT),
+        real_time_factor=private("real_time_factor", FLOAT64, EVENT),
+        diagnostics=Channel("/diagnostics", DIAGNOSTICS, EVENT),
+        applied_brake=each(locomotives, "applied_brake", FLOAT64, LATCHED),
+        commands=MappingProxyType(commands),
+        radio_connected=each(slaves, "radio_connected", BOOL, LATCHED),
+        radio_delay=each(slaves, "radio_delay", FLOAT64, LATCHED),
+    )

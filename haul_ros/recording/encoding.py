@@ -1,0 +1,245 @@
+"""Messages of fixed shape as CDR bytes and back, at the speed of copying them.
+
+Names and lengths of a train's messages never change, so a message is constant bytes with a few fields between:
+rosbags serialises it once, afterwards only stamp and numbers are put in. The bytes are those that rclpy writes,
+save for padding, which is 0 here and undefined there.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import accumulate, chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
+from haul_ros.model.sample import FloatArray
+from haul_ros.recording.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
+from haul_ros.units import NS_PER_S
+
+CLOCK = "rosgraph_msgs/msg/Clock"
+
+_STAMP = struct.Struct("<iI")
+_DOUBLE = struct.Struct("<d")
+_MARK = b"\xfd"
+"""Stands in a template where a field goes. No UTF-8 text has this byte, and the high bytes of the lengths before
+a field are 0, so the first run of marks as long as the field is the field."""
+
+
+@cache
+def typestore() -> Typestore:
+    """Definitions, type hashes and serialisation of the message types of ROS 2 Jazzy."""
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def new_message(msgtype: str, *args: Any) -> Any:
+    """An object of a Jazzy message type, fields in the order of its definition."""
+    return typestore().types[msgtype](*args)
+
+
+def serialize(message: Any, msgtype: str) -> bytes:
+    """CDR bytes of any message, little endian. Slow; for messages of changing shape."""
+    return bytes(typestore().serialize_cdr(message, msgtype, little_endian=True))
+
+
+def new_header(seconds: int, nanoseconds: int) -> Any:
+    """A ``std_msgs/Header`` without frame."""
+    return new_message("std_msgs/msg/Header", new_message("builtin_interfaces/msg/Time", seconds, nanoseconds), "")
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """A message as constant bytes with fields of fixed sizes between: constant, field, constant, ..., constant."""
+
+    constants: tuple[bytes, ...]
+    sizes: tuple[int, ...]
+
+    @staticmethod
+    def of(template: bytes, sizes: Sequence[int]) -> _Layout:
+        """Cut a message whose fields consist of marks."""
+        constants, end = [], 0
+        for size in sizes:
+            start = template.index(_MARK * size, end)
+            constants.append(template[end:start])
+            end = start + size
+        return _Layout((*constants, template[end:]), tuple(sizes))
+
+    @cached_property
+    def _starts(self) -> tuple[int, ...]:
+        lengths = [len(constant) for constant in self.constants]
+        return tuple(accumulate(chain.from_iterable(zip(lengths, (*self.sizes, 0), strict=True)), initial=0))
+
+    def starts(self, data: bytes) -> tuple[int, ...]:
+        """Where each field starts in a message of this layout.
+
+        Raises
+        ------
+        ValueError
+            The message is of another layout: other names, or another size.
+        """
+        at = self._starts
+        if len(data) != at[-1] or any(
+            data[at[2 * i] : at[2 * i + 1]] != constant for i, constant in enumerate(self.constants)
+        ):
+            raise ValueError(f"message of {len(data)} bytes has not the expected layout of {at[-1]} bytes")
+        return at[1:-2:2]
+
+
+def _marked_stamp() -> tuple[int, int]:
+    return _STAMP.unpack(_MARK * _STAMP.size)
+
+
+def _marked_doubles(count: int) -> FloatArray:
+    return np.frombuffer(_MARK * (8 * count), "<f8")
+
+
+def _stamp(time_ns: int) -> bytes:
+    return _STAMP.pack(*divmod(time_ns, NS_PER_S))
+
+
+def _doubles(values: ArrayLike, count: int) -> bytes:
+    array: NDArray[Any] = np.asarray(values, "<f8")
+    if array.shape != (count,):
+        raise ValueError(f"array of shape {array.shape}, expected ({count},)")
+    return array.tobytes()
+
+
+class JointStateCodec:
+    """``sensor_msgs/JointState`` with fixed names and an empty ``frame_id``; all arrays (n,) float64."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        count = len(self.names)
+        marked = _marked_doubles(count)
+        message = new_message(JOINT_STATE, new_header(*_marked_stamp()), list(self.names), marked, marked, marked)
+        self._layout = _Layout.of(serialize(message, JOINT_STATE), (_STAMP.size, 8 * count, 8 * count, 8 * count))
+
+    @classmethod
+    def of(cls, data: bytes) -> JointStateCodec:
+        """The codec for messages like this one."""
+        message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
+        return cls(message.name)
+
+    def encode(self, time_ns: int, position: ArrayLike, velocity: ArrayLike, effort: ArrayLike) -> bytes:
+        """CDR bytes with the stamp ``time_ns``.
+
+        Raises
+        ------
+        ValueError
+            An array is not of shape (n,).
+        """
+        count = len(self.names)
+        head, names, before_velocity, before_effort, tail = self._layout.constants
+        return b"".join(
+            (
+                head,
+                _stamp(time_ns),
+                names,
+                _doubles(position, count),
+                before_velocity,
+                _doubles(velocity, count),
+                before_effort,
+                _doubles(effort, count),
+                tail,
+            )
+        )
+
+    def decode(self, data: bytes) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and effort (n,) as read-only views of the message.
+
+        Raises
+        ------
+        ValueError
+            The message has other names or another shape.
+        """
+        _, *arrays = self._layout.starts(data)
+        position, velocity, effort = (np.frombuffer(data, "<f8", len(self.names), start) for start in arrays)
+        return position, velocity, effort
+
+
+class ArrayCodec:
+    """``std_msgs/Float64MultiArray`` of one labelled dimension of fixed size n."""
+
+    def __init__(self, label: str, count: int) -> None:
+        self._count = count
+        dimension = new_message("std_msgs/msg/MultiArrayDimension", label, count, count)
+        layout = new_message("std_msgs/msg/MultiArrayLayout", [dimension], 0)
+        message = new_message(FLOAT64_ARRAY, layout, _marked_doubles(count))
+        self._layout = _Layout.of(serialize(message, FLOAT64_ARRAY), (8 * count,))
+
+    def encode(self, values: ArrayLike) -> bytes:
+        """CDR bytes of values (n,).
+
+        Raises
+        ------
+        ValueError
+            The array is not of shape (n,).
+        """
+        head, tail = self._layout.constants
+        return b"".join((head, _doubles(values, self._count), tail))
+
+    def decode(self, data: bytes) -> FloatArray:
+        """Values (n,) as a read-only view of the message.
+
+        Raises
+        ------
+        ValueError
+            The message has another label or size.
+        """
+        (start,) = self._layout.starts(data)
+        return np.frombuffer(data, "<f8", self._count, start)
+
+
+@cache
+def _float64_layout() -> _Layout:
+    return _Layout.of(serialize(new_message(FLOAT64, float(_marked_doubles(1)[0])), FLOAT64), (_DOUBLE.size,))
+
+
+@cache
+def _bool_message(value: bool) -> bytes:
+    return serialize(new_message(BOOL, value), BOOL)
+
+
+@cache
+def _clock_layout() -> _Layout:
+    message = new_message(CLOCK, new_message("builtin_interfaces/msg/Time", *_marked_stamp()))
+    return _Layout.of(serialize(message, CLOCK), (_STAMP.size,))
+
+
+def encode_float64(value: float) -> bytes:
+    """CDR bytes of a ``std_msgs/Float64``."""
+    head, tail = _float64_layout().constants
+    return head + _DOUBLE.pack(value) + tail
+
+
+def decode_float64(data: bytes) -> float:
+    """Value of a ``std_msgs/Float64``; ValueError if the bytes are not one."""
+    (start,) = _float64_layout().starts(data)
+    value: float = _DOUBLE.unpack_from(data, start)[0]
+    return value
+
+
+def encode_bool(value: bool) -> bytes:
+    """CDR bytes of a ``std_msgs/Bool``."""
+    return _bool_message(bool(value))
+
+
+def decode_bool(data: bytes) -> bool:
+    """Value of a ``std_msgs/Bool``; ValueError if the bytes are not one."""
+    if data == _bool_message(True):
+        return True
+    if data == _bool_message(False):
+        return False
+    raise ValueError(f"message of {len(data)} bytes is no {BOOL}")
+
+
+def encode_clock(time_ns: int) -> bytes:
+    """CDR bytes of a ``rosgraph_msgs/Clock``."""
+    head, tail = _clock_layout().constants
+    return head + _stamp(time_ns) + tail

@@ -1,0 +1,190 @@
+"""One MCAP file being written: what is in it and how it gets its name."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Iterable
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.writer import CompressionType, Writer
+
+from haul_ros.errors import RecordingError
+from haul_ros.model.scenario import Scenario
+from haul_ros.recording import rosbag2_metadata
+from haul_ros.recording.channels import Channel, ChannelTable
+from haul_ros.recording.encoding import typestore
+from haul_ros.recording.telemetry import Message
+
+ACTIVE_SUFFIX = ".active"
+"""Added to the name of a file as long as it is being written."""
+RECORD_NAME = "haul_ros"
+"""Name of the metadata record that describes the run; written at the start and, with counts, at the end."""
+SCENARIO_NAME = "scenario.yaml"
+
+_COMPRESSION = {"zstd": CompressionType.ZSTD, "lz4": CompressionType.LZ4, "none": CompressionType.NONE}
+_CHUNK_SIZE = 256 * 1024
+"""Bytes before compression: large enough to compress well, small enough to be written in a few milliseconds."""
+
+
+def package_version() -> str:
+    """Version of the installed package, or ``unknown`` when it runs from its sources."""
+    try:
+        return version("haul_ros")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+class RunFile:
+    """The file ``path`` of one run, written as ``path.active`` until it is finished. Not thread-safe.
+
+    Everything that explains the file (description of the run, scenario) is on disk before the first message.
+
+    Raises
+    ------
+    RecordingError
+        Unknown compression, ``path`` or ``path.active`` exists already, or the file cannot be created.
+    """
+
+    def __init__(self, path: Path, scenario: Scenario, channels: ChannelTable, compression: str) -> None:
+        if compression not in _COMPRESSION:
+            raise RecordingError(f"compression {compression!r}: expected {', '.join(_COMPRESSION)}")
+        self.path = path
+        self.active = path.with_name(path.name + ACTIVE_SUFFIX)
+        self._channels = channels
+        self._description = {
+            "version": package_version(),
+            "scenario": scenario.name,
+            "description": scenario.description,
+            "time_step": repr(scenario.time_step),
+            "couplers": str(len(scenario.consist.coupler_names)),
+            "vehicles": str(len(scenario.consist.vehicles)),
+            "locomotives": json.dumps([locomotive.name for locomotive in scenario.consist.locomotives]),
+            "topic_prefix": channels.prefix,
+            "sign_convention": "compression positive",
+            "compression": compression,
+        }
+        self._ids: dict[str, int] = {}
+        self._counts: Counter[str] = Counter()
+        self._start_ns = self._end_ns = 0
+        self._stream = _create(path, self.active)
+        try:
+            self._writer = Writer(self._stream, chunk_size=_CHUNK_SIZE, compression=_COMPRESSION[compression])
+            self._begin(scenario.document)
+        except BaseException as err:
+            self.abandon()
+            self.active.unlink()
+            if isinstance(err, OSError):
+                raise RecordingError(f"{path}: cannot be written: {err.strerror}") from err
+            raise
+
+    def _begin(self, document: str) -> None:
+        self._writer.start(profile="ros2", library=f"haul_ros {self._description['version']}")
+        self._add_records((), self._description)
+        self._writer.add_attachment(
+            create_time=time.time_ns(),
+            log_time=0,
+            name=SCENARIO_NAME,
+            media_type="application/yaml",
+            data=document.encode(),
+        )
+        schemas: dict[str, int] = {}
+        for channel in self._channels:
+            if channel.msgtype not in schemas:
+                text, _ = typestore().generate_msgdef(channel.msgtype, ros_version=2)
+                schemas[channel.msgtype] = self._writer.register_schema(channel.msgtype, "ros2msg", text.encode())
+            self._ids[channel.topic] = self._writer.register_channel(
+                topic=channel.topic,
+                message_encoding="cdr",
+                schema_id=schemas[channel.msgtype],
+                metadata={
+                    "offered_qos_profiles": rosbag2_metadata.offered_qos_profiles(channel.qos),
+                    "topic_type_hash": typestore().hash_rihs01(channel.msgtype),
+                },
+            )
+        self._writer.flush()
+
+    def _add_records(self, channels: Iterable[Channel], description: dict[str, str]) -> None:
+        bag = rosbag2_metadata.bag_metadata(self.path.name, channels, self._counts, self._start_ns, self._end_ns)
+        self._writer.add_metadata(rosbag2_metadata.RECORD_NAME, {"serialized_metadata": bag})
+        self._writer.add_metadata(RECORD_NAME, description)
+
+    @property
+    def size(self) -> int:
+        """Bytes given to the file so far."""
+        return self._stream.tell()
+
+    def __contains__(self, topic: str) -> bool:
+        return topic in self._ids
+
+    def add(self, message: Message, sequence: int, publish_time_ns: int) -> None:
+        """Append a message: simulation time is its log time, wall time [ns] its publish time."""
+        topic, time_ns = message.channel.topic, message.time_ns
+        self._writer.add_message(self._ids[topic], time_ns, message.data, publish_time_ns, sequence)
+        self._start_ns = min(self._start_ns, time_ns) if self._counts else time_ns
+        self._end_ns = max(self._end_ns, time_ns)
+        self._counts[topic] += 1
+
+    def flush(self) -> None:
+        """Hand everything so far to the operating system: it survives the end of this process."""
+        self._writer.flush()
+
+    def finish(self, dropped: int) -> int:
+        """Complete the file, note how many messages were dropped, give it its name; returns its size in bytes.
+
+        Raises
+        ------
+        RecordingError
+            A file of that name has come into being meanwhile; the recording keeps its ``.active`` name.
+        """
+        written = str(sum(self._counts.values()))
+        self._writer.flush()
+        counts = {"messages_written": written, "messages_dropped": str(dropped)}
+        self._add_records(self._channels, self._description | counts)
+        self._writer.finish()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())  # the final name must stand for a whole file, even after a power failure
+        size = self.size
+        self._stream.close()
+        try:
+            _rename(self.active, self.path)
+        except FileExistsError:
+            raise RecordingError(f"{self.path}: exists by now, not overwritten; recorded as {self.active}") from None
+        return size
+
+    def abandon(self) -> None:
+        """Leave the file as it is."""
+        with suppress(OSError):  # what could not be written before cannot be written now either
+            self._stream.close()
+
+
+def _create(path: Path, active: Path) -> BinaryIO:
+    """Open ``active`` for writing, or say why ``path`` cannot be recorded."""
+    if os.path.lexists(path):
+        raise RecordingError(f"{path}: exists already and is not overwritten, expected a new name")
+    try:
+        return active.open("xb")
+    except FileExistsError:
+        raise RecordingError(f"{active}: an unfinished recording exists already, expected a new name") from None
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: folder {path.parent} does not exist") from None
+    except OSError as err:
+        raise RecordingError(f"{path}: cannot be created: {err.strerror}") from err
+
+
+def _rename(source: Path, target: Path) -> None:
+    """Rename without ever overwriting; FileExistsError if there is a target."""
+    try:
+        os.link(source, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links: take the name first, then replace what we took
+        target.open("xb").close()
+        source.replace(target)
+    else:
+        source.unlink()

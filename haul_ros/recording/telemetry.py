@@ -1,0 +1,124 @@
+"""What a simulation tells, as messages ready for a publisher and a recording alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.consist import Consist
+from haul_ros.model.sample import CouplerExtremes, Sample
+from haul_ros.recording.channels import DEFAULT_PREFIX, DIAGNOSTICS, Channel, channel_table
+from haul_ros.recording.encoding import (
+    ArrayCodec,
+    JointStateCodec,
+    encode_bool,
+    encode_float64,
+    new_header,
+    new_message,
+    serialize,
+)
+from haul_ros.units import NS_PER_S
+
+
+class Message(NamedTuple):
+    """A serialised message of a channel at a simulation time."""
+
+    channel: Channel
+    time_ns: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosticStatus:
+    """One entry of ``/diagnostics``; ``level`` is 0 OK, 1 warning, 2 error, 3 stale."""
+
+    level: int
+    name: str
+    message: str
+    hardware_id: str
+    values: Mapping[str, str]
+
+
+class TelemetryEncoder:
+    """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive."""
+
+    def __init__(self, consist: Consist, prefix: str = DEFAULT_PREFIX) -> None:
+        self.channels = channel_table([locomotive.name for locomotive in consist.locomotives], prefix)
+        self._couplers = JointStateCodec(consist.coupler_names)
+        self._vehicles = JointStateCodec(consist.vehicle_names)
+        self._pressure = ArrayCodec("vehicle", len(consist.vehicles))
+
+    def sample(self, sample: Sample) -> tuple[Message, Message, Message]:
+        """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and cylinder pressure.
+
+        Raises
+        ------
+        ValueError
+            An array of the sample has not the length of this train.
+        """
+        time_ns, channels = sample.time_ns, self.channels
+        couplers = self._couplers.encode(time_ns, sample.stroke, sample.stroke_rate, sample.coupler_force)
+        vehicles = self._vehicles.encode(time_ns, sample.chainage, sample.speed, sample.brake_force)
+        return (
+            Message(channels.couplers, time_ns, couplers),
+            Message(channels.vehicles, time_ns, vehicles),
+            Message(channels.brake_cylinder_pressure, time_ns, self._pressure.encode(sample.cylinder_pressure)),
+        )
+
+    def extremes(self, time_ns: int, extremes: CouplerExtremes) -> tuple[Message, Message]:
+        """Largest compression and largest tension of each coupler so far.
+
+        As JointState: position is the largest stroke [m] and effort the largest force [N], both negative in tension.
+        Velocity, which has no meaning for an extreme, holds the simulation time [s] at which that force occurred.
+        """
+        compression = self._couplers.encode(
+            time_ns, extremes.compression_stroke, extremes.compression_time, extremes.compression
+        )
+        # 0 - x rather than -x: a coupler never in tension shows 0, not -0
+        tension = self._couplers.encode(
+            time_ns, 0.0 - extremes.tension_stroke, extremes.tension_time, 0.0 - extremes.tension
+        )
+        return (
+            Message(self.channels.max_compression, time_ns, compression),
+            Message(self.channels.max_tension, time_ns, tension),
+        )
+
+    def applied_brake(self, time_ns: int, locomotive: str, value: float) -> Message:
+        """What a locomotive applies after the radio, 0 .. 1."""
+        return Message(self.channels.applied_brake[locomotive], time_ns, encode_float64(value))
+
+    def radio(self, time_ns: int, slave: str, connected: bool, delay: float) -> tuple[Message, Message]:
+        """State of the link to a slave and its delay [s]."""
+        return (
+            Message(self.channels.radio_connected[slave], time_ns, encode_bool(connected)),
+            Message(self.channels.radio_delay[slave], time_ns, encode_float64(delay)),
+        )
+
+    def real_time_factor(self, time_ns: int, value: float) -> Message:
+        """Simulated time per wall time."""
+        return Message(self.channels.real_time_factor, time_ns, encode_float64(value))
+
+    def command(self, time_ns: int, command: Command) -> Message:
+        """A command as received, at the simulation time at which it took effect."""
+        channel = self.channels.commands[command.kind][command.locomotive]
+        if command.kind is CommandKind.EMERGENCY:
+            return Message(channel, time_ns, encode_bool(command.value != 0.0))
+        return Message(channel, time_ns, encode_float64(command.value))
+
+    def diagnostics(self, time_ns: int, statuses: Iterable[DiagnosticStatus]) -> Message:
+        """State of the program, for ``/diagnostics``."""
+        entries = [
+            new_message(
+                "diagnostic_msgs/msg/DiagnosticStatus",
+                status.level,
+                status.name,
+                status.message,
+                status.hardware_id,
+                [new_message("diagnostic_msgs/msg/KeyValue", key, value) for key, value in status.values.items()],
+            )
+            for status in statuses
+        ]
+        message = new_message(DIAGNOSTICS, new_header(*divmod(time_ns, NS_PER_S)), entries)
+        return Message(self.channels.diagnostics, time_ns, serialize(message, DIAGNOSTICS))

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import pytest
+from rosbags.interfaces import QosDurability
+
+from haul_ros.recording.channels import channel_table
+from haul_ros.recording.encoding import typestore
+
+TABLE = channel_table(["master", "slave_1", "slave_2"])
+
+
+def test_every_topic_of_the_contract_is_there_once() -> None:
+    topics = [channel.topic for channel in TABLE]
+    assert len(set(topics)) == len(topics)
+    private = ["couplers", "vehicles", "brake_cylinder_pressure", "max_compression", "max_tension", "real_time_factor"]
+    for locomotive in ("master", "slave_1", "slave_2"):
+        names = ("applied_brake", "brake_command", "emergency_brake", "traction_command")
+        private += [f"{locomotive}/{name}" for name in names]
+    for slave in ("slave_1", "slave_2"):
+        private += [f"{slave}/{name}" for name in ("radio_connected", "radio_delay")]
+    assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in private)}
+
+
+def test_private_topics_follow_the_name_of_the_node() -> None:
+    table = channel_table(["master"], "/yard/train_7")
+    assert table.couplers.topic == "/yard/train_7/couplers"
+    assert table.applied_brake["master"].topic == "/yard/train_7/master/applied_brake"
+    assert table.diagnostics.topic == "/diagnostics"
+
+
+def test_only_state_that_changes_seldom_is_latched() -> None:
+    latched = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.qos.durability is QosDurability.TRANSIENT_LOCAL}
+    assert latched == {"applied_brake", "radio_connected", "radio_delay"}
+    assert TABLE.couplers.qos.depth == 50
+
+
+def test_every_message_type_is_one_of_jazzy() -> None:
+    assert {channel.msgtype for channel in TABLE} <= set(typestore().types)
+
+
+def test_policies_are_those_of_rclpy_by_value() -> None:
+    rclpy_qos = pytest.importorskip("rclpy.qos")
+    for channel in TABLE:
+        qos = channel.qos
+        assert rclpy_qos.DurabilityPolicy(qos.durability.value).name == qos.durability.name
+        assert rclpy_qos.ReliabilityPolicy(qos.reliability.value).name == qos.reliability.name
+        assert rclpy_qos.HistoryPolicy(qos.history.value).name == qos.history.name

@@ -1,0 +1,243 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.writer import Writer
+
+from haul_ros.errors import RecordingError
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.consist import Consist
+from haul_ros.model.sample import CouplerExtremes, Sample
+from haul_ros.model.scenario import Scenario
+from haul_ros.recording.reader import Recording, TopicInfo
+from haul_ros.recording.telemetry import Message, TelemetryEncoder
+from haul_ros.recording.writer import McapRecorder
+
+COMMANDS = (
+    (0, Command("master", CommandKind.TRACTION, 300e3)),
+    (1_000_000_000, Command("slave_1", CommandKind.BRAKE, 0.5)),
+    (1_000_000_000, Command("master", CommandKind.BRAKE, 0.8)),
+    (1_500_000_000, Command("master", CommandKind.EMERGENCY, 1.0)),
+    (9_000_000_000, Command("master", CommandKind.EMERGENCY, 0.0)),
+)
+
+
+@pytest.fixture
+def samples(make_sample: Callable[[int], Sample]) -> list[Sample]:
+    return [make_sample(step) for step in range(400)]
+
+
+@pytest.fixture
+def run(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample], extremes: CouplerExtremes
+) -> Path:
+    """A run of 400 samples in several chunks, with commands, extremes and the state of the radio."""
+    path = tmp_path / "run.mcap"
+    with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
+        for sample in samples:
+            recorder.put(encoder.sample(sample), 1)
+        recorder.put([encoder.command(time_ns, command) for time_ns, command in COMMANDS], 2)
+        recorder.put(encoder.extremes(5_000_000_000, extremes), 3)
+        recorder.put(encoder.radio(0, "slave_1", True, 2.0), 4)
+        recorder.put(encoder.radio(3_000_000_000, "slave_1", False, 2.5), 5)
+    return path
+
+
+def stacked(samples: list[Sample], name: str) -> np.ndarray:
+    return np.array([getattr(sample, name) for sample in samples])
+
+
+def test_samples_are_read_as_they_were(run: Path, consist: Consist, samples: list[Sample]) -> None:
+    with Recording(run) as recording:
+        couplers, vehicles, pressure = recording.couplers(), recording.vehicles(), recording.pressure()
+    for series in (couplers, vehicles, pressure):
+        np.testing.assert_array_equal(series.time_ns, [sample.time_ns for sample in samples])
+    assert couplers.names == consist.coupler_names
+    assert vehicles.names == pressure.names == consist.vehicle_names
+    np.testing.assert_array_equal(couplers.position, stacked(samples, "stroke"))
+    np.testing.assert_array_equal(couplers.velocity, stacked(samples, "stroke_rate"))
+    np.testing.assert_array_equal(couplers.effort, stacked(samples, "coupler_force"))
+    np.testing.assert_array_equal(vehicles.position, stacked(samples, "chainage"))
+    np.testing.assert_array_equal(vehicles.velocity, stacked(samples, "speed"))
+    np.testing.assert_array_equal(vehicles.effort, stacked(samples, "brake_force"))
+    np.testing.assert_array_equal(pressure.pressure, stacked(samples, "cylinder_pressure"))
+
+
+def test_commands_are_read_in_the_order_in_which_they_came(run: Path) -> None:
+    with Recording(run) as recording:
+        assert recording.commands() == COMMANDS
+
+
+def test_extremes_are_read_with_their_signs(run: Path, extremes: CouplerExtremes) -> None:
+    with Recording(run) as recording:
+        compression, tension = recording.max_compression(), recording.max_tension()
+    assert compression.time_ns.tolist() == tension.time_ns.tolist() == [5_000_000_000]
+    np.testing.assert_array_equal(compression.effort, [extremes.compression])
+    np.testing.assert_array_equal(tension.effort, [-extremes.tension])
+    np.testing.assert_array_equal(tension.velocity, [extremes.tension_time])
+
+
+def test_single_values_are_read_by_relative_or_full_name(run: Path) -> None:
+    with Recording(run) as recording:
+        times, delays = recording.scalars("slave_1/radio_delay")
+        connected = recording.scalars("/haul/slave_1/radio_connected")
+        assert recording.scalars("real_time_factor").values.shape == (0,)
+    assert (times.tolist(), delays.tolist()) == ([0, 3_000_000_000], [2.0, 2.5])
+    assert connected.values.tolist() == [1.0, 0.0]
+
+
+def test_a_topic_that_is_not_there_or_no_number_is_told(run: Path) -> None:
+    with Recording(run) as recording:
+        with pytest.raises(RecordingError, match=r"no topic /haul/slave_2/radio_delay; it has /diagnostics, .*"):
+            recording.scalars("slave_2/radio_delay")
+        with pytest.raises(RecordingError, match="/haul/couplers is sensor_msgs/msg/JointState, expected std_msgs"):
+            recording.scalars("couplers")
+
+
+def test_information_tells_what_is_in_the_file(run: Path, scenario: Scenario) -> None:
+    with Recording(run) as recording:
+        info = recording.info()
+        assert recording.scenario_document == scenario.document
+    assert (info.path, info.size) == (run, run.stat().st_size)
+    assert (info.scenario, info.description) == (scenario.name, scenario.description)
+    assert (info.vehicles, info.couplers, info.locomotives) == (5, 4, ("master", "slave_1"))
+    assert (info.time_step, info.compression) == (0.001, "zstd")
+    assert (info.start_ns, info.end_ns, info.duration) == (0, 9_000_000_000, 9.0)
+    assert (info.messages, info.dropped, info.complete) == (1211, 0, True)
+    assert TopicInfo("/haul/couplers", "sensor_msgs/msg/JointState", 400) in info.topics
+    assert TopicInfo("/haul/real_time_factor", "std_msgs/msg/Float64", 0) in info.topics
+    assert sum(topic.count for topic in info.topics) == info.messages
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4", "none"])
+def test_every_compression_is_read_and_told(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str
+) -> None:
+    path = tmp_path / "run.mcap"
+    with McapRecorder(path, scenario, encoder.channels, compression=compression) as recorder:
+        recorder.put([encoder.real_time_factor(0, 1.5)], 0)
+    with Recording(path) as recording:
+        assert recording.info().compression == compression
+        assert recording.scalars("real_time_factor").values.tolist() == [1.5]
+
+
+def test_a_recording_of_nothing_is_read(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels).close()
+    with Recording(tmp_path / "run.mcap") as recording:
+        info = recording.info()
+        assert (info.messages, info.duration, info.complete) == (0, 0.0, True)
+        assert recording.couplers().effort.shape == (0, 0)
+        assert recording.pressure().pressure.shape == (0, 0)
+        assert recording.commands() == ()
+
+
+def test_private_topics_of_another_node_are_found(tmp_path: Path, scenario: Scenario, consist: Consist) -> None:
+    encoder = TelemetryEncoder(consist, "/yard/train_7")
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        recorder.put([encoder.command(5, Command("master", CommandKind.BRAKE, 1.0))], 0)
+        recorder.put([encoder.applied_brake(6, "master", 1.0)], 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        assert recording.commands() == ((5, Command("master", CommandKind.BRAKE, 1.0)),)
+        assert recording.scalars("master/applied_brake").time_ns.tolist() == [6]
+
+
+def test_a_message_that_does_not_fit_its_topic_is_told(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]
+) -> None:
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        couplers, vehicles, _ = encoder.sample(make_sample(0))
+        recorder.put([couplers, Message(couplers.channel, 1, vehicles.data)], 0)
+    with (
+        Recording(tmp_path / "run.mcap") as recording,
+        pytest.raises(RecordingError, match=r"run\.mcap: damaged recording: .* has not the expected layout"),
+    ):
+        recording.couplers()
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: no such file$"):
+        Recording(tmp_path / "run.mcap")
+
+
+def test_a_folder_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="cannot be read: Is a directory"):
+        Recording(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "empty, expected a recording of haul_ros"),
+        (b"\x89MC", "not an MCAP file, expected a recording of haul_ros"),
+        (b"name: daqin_1_2_1\n", "not an MCAP file, expected a recording of haul_ros"),
+    ],
+)
+def test_a_file_of_another_kind_is_told(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "run.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match=rf"run\.mcap: {message}$"):
+        Recording(tmp_path / "run.mcap")
+
+
+@pytest.mark.parametrize(
+    ("profile", "message"), [("ros1", "MCAP profile 'ros1', expected 'ros2'"), ("ros2", "no recording of haul_ros")]
+)
+def test_an_mcap_file_of_somebody_else_is_told(tmp_path: Path, profile: str, message: str) -> None:
+    with (tmp_path / "run.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile=profile)
+        writer.finish()
+    with pytest.raises(RecordingError, match=message):
+        Recording(tmp_path / "run.mcap")
+
+
+def read_all(path: Path) -> None:
+    with Recording(path) as recording:
+        recording.info()
+        recording.scenario_document  # noqa: B018
+        recording.couplers()
+        recording.vehicles()
+        recording.pressure()
+        recording.commands()
+        recording.scalars("slave_1/radio_connected")
+
+
+def test_a_file_cut_off_anywhere_is_told(run: Path, tmp_path: Path) -> None:
+    content = run.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    for length in {8, 9, 100, *range(1000, len(content), len(content) // 50), len(content) - 1}:
+        cut.write_bytes(content[:length])
+        with pytest.raises(
+            RecordingError, match=r"cut\.mcap: unfinished or cut off: does not end as an MCAP file does"
+        ):
+            Recording(cut)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_file_raises_nothing_but_a_recording_error(run: Path, data: st.DataObject) -> None:
+    content = bytearray(run.read_bytes())
+    # most of a file is in chunks, which a checksum protects: look for trouble at both ends rather
+    near_start = st.integers(8, 5000)
+    near_end = st.integers(len(content) - 12_000, len(content) - 9)
+    for _ in range(data.draw(st.integers(1, 3))):
+        place = data.draw(near_start | near_end | st.integers(8, len(content) - 9))
+        content[place] = data.draw(st.integers(0, 255))
+    damaged = run.with_name("damaged.mcap")
+    damaged.write_bytes(content)
+    try:
+        read_all(damaged)
+    except RecordingError as err:
+        assert str(damaged) in str(err)
+
+
+def test_a_changed_byte_in_a_chunk_is_noticed(run: Path, tmp_path: Path) -> None:
+    content = bytearray(run.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    (tmp_path / "damaged.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match=r"damaged\.mcap: damaged recording: "):
+        read_all(tmp_path / "damaged.mcap")

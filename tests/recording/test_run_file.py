@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from haul_ros.errors import RecordingError
+from haul_ros.model.scenario import Scenario
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.run_file import RunFile
+from haul_ros.recording.telemetry import TelemetryEncoder
+
+
+def open_file(path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str = "zstd") -> RunFile:
+    return RunFile(path, scenario, encoder.channels, compression)
+
+
+def test_a_finished_file_has_its_name_and_no_other_file_is_left(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap.active"]
+    size = file.finish(dropped=0)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
+    assert (tmp_path / "run.mcap").stat().st_size == size
+
+
+@pytest.mark.parametrize("taken", ["run.mcap", "run.mcap.active"])
+def test_an_existing_file_is_refused_and_kept(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, taken: str
+) -> None:
+    (tmp_path / taken).write_text("precious")
+    with pytest.raises(RecordingError, match=rf"{taken}: .*exists already.*expected a new name"):
+        open_file(tmp_path / "run.mcap", scenario, encoder)
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {taken: "precious"}
+
+
+def test_a_dangling_link_is_refused_and_kept(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    (tmp_path / "run.mcap").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(RecordingError, match="exists already"):
+        open_file(tmp_path / "run.mcap", scenario, encoder)
+
+
+def test_a_missing_folder_is_refused(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: folder .*missing does not exist"):
+        open_file(tmp_path / "missing" / "run.mcap", scenario, encoder)
+
+
+def test_a_file_in_place_of_the_folder_is_refused(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(RecordingError, match=r"run\.mcap: cannot be created: Not a directory"):
+        open_file(tmp_path / "file" / "run.mcap", scenario, encoder)
+
+
+def test_an_unwritable_folder_is_refused(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    tmp_path.chmod(0o500)
+    if os.access(tmp_path, os.W_OK):
+        pytest.skip("this user may write anywhere")
+    try:
+        with pytest.raises(RecordingError, match=r"run\.mcap: cannot be created: Permission denied"):
+            open_file(tmp_path / "run.mcap", scenario, encoder)
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_an_unknown_compression_is_refused_and_nothing_is_created(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    with pytest.raises(RecordingError, match="compression 'gzip': expected zstd, lz4, none"):
+        open_file(tmp_path / "run.mcap", scenario, encoder, "gzip")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("limited_file_size")
+def test_a_file_that_cannot_be_begun_leaves_nothing(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: cannot be written: File too large"):
+        open_file(tmp_path / "run.mcap", replace(scenario, document="#" * 200_000), encoder)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_taken_meanwhile_is_not_overwritten(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    (tmp_path / "run.mcap").write_text("precious")
+    with pytest.raises(RecordingError, match=r"exists by now, not overwritten; recorded as .*run\.mcap\.active"):
+        file.finish(dropped=0)
+    assert (tmp_path / "run.mcap").read_text() == "precious"
+    with Recording(tmp_path / "run.mcap.active") as recording:
+        assert recording.info().complete
+
+
+@pytest.fixture
+def no_hard_links(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file system such as exFAT."""
+
+    def refuse(source: Path, target: Path) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "link", refuse)
+
+
+@pytest.mark.usefixtures("no_hard_links")
+def test_without_hard_links_a_file_gets_its_name_too(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    open_file(tmp_path / "run.mcap", scenario, encoder).finish(dropped=0)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
+    with Recording(tmp_path / "run.mcap") as recording:
+        assert recording.info().messages == 0
+
+
+@pytest.mark.usefixtures("no_hard_links")
+def test_without_hard_links_a_name_taken_meanwhile_is_not_overwritten_either(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    (tmp_path / "run.mcap").write_text("precious")
+    with pytest.raises(RecordingError, match="not overwritten"):
+        file.finish(dropped=0)
+    assert (tmp_path / "run.mcap").read_text() == "precious"

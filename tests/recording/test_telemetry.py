@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.consist import Consist
+from haul_ros.model.sample import CouplerExtremes, Sample
+from haul_ros.recording.encoding import typestore
+from haul_ros.recording.telemetry import DiagnosticStatus, Message, TelemetryEncoder
+
+
+def decoded(message: Message) -> Any:
+    return typestore().deserialize_cdr(message.data, message.channel.msgtype)
+
+
+def test_a_sample_becomes_couplers_vehicles_and_pressure(
+    encoder: TelemetryEncoder, consist: Consist, make_sample: Callable[[int], Sample]
+) -> None:
+    sample = make_sample(151)
+    messages = encoder.sample(sample)
+    assert [m.channel.topic for m in messages] == ["/haul/couplers", "/haul/vehicles", "/haul/brake_cylinder_pressure"]
+    assert {m.time_ns for m in messages} == {3_020_000_000}
+    couplers, vehicles, pressure = map(decoded, messages)
+    for joints in (couplers, vehicles):
+        assert (joints.header.stamp.sec, joints.header.stamp.nanosec, joints.header.frame_id) == (3, 20_000_000, "")
+    assert tuple(couplers.name) == consist.coupler_names
+    assert tuple(vehicles.name) == consist.vehicle_names
+    np.testing.assert_array_equal(couplers.position, sample.stroke)
+    np.testing.assert_array_equal(couplers.velocity, sample.stroke_rate)
+    np.testing.assert_array_equal(couplers.effort, sample.coupler_force)
+    np.testing.assert_array_equal(vehicles.position, sample.chainage)
+    np.testing.assert_array_equal(vehicles.velocity, sample.speed)
+    np.testing.assert_array_equal(vehicles.effort, sample.brake_force)
+    np.testing.assert_array_equal(pressure.data, sample.cylinder_pressure)
+    (dimension,) = pressure.layout.dim
+    assert (dimension.label, dimension.size, dimension.stride, pressure.layout.data_offset) == ("vehicle", 5, 5, 0)
+
+
+def test_a_sample_of_another_train_is_refused(encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]) -> None:
+    with pytest.raises(ValueError, match=r"shape \(7,\), expected \(4,\)"):
+        encoder.sample(replace(make_sample(0), stroke=np.zeros(7)))
+
+
+def test_extremes_keep_compression_positive_and_tension_negative(
+    encoder: TelemetryEncoder, extremes: CouplerExtremes
+) -> None:
+    compression, tension = map(decoded, encoder.extremes(5_000_000_000, extremes))
+    np.testing.assert_array_equal(compression.effort, extremes.compression)
+    np.testing.assert_array_equal(compression.position, extremes.compression_stroke)
+    np.testing.assert_array_equal(compression.velocity, extremes.compression_time)
+    np.testing.assert_array_equal(tension.effort, [-3e4, -2e4, -1e4, 0.0])
+    np.testing.assert_array_equal(tension.position, [-0.003, -0.002, -0.001, 0.0])
+    np.testing.assert_array_equal(tension.velocity, extremes.tension_time)
+    assert not np.signbit([tension.effort[-1], tension.position[-1]]).any()
+
+
+@pytest.mark.parametrize(
+    ("command", "topic", "data"),
+    [
+        (Command("master", CommandKind.BRAKE, 0.8), "/haul/master/brake_command", 0.8),
+        (Command("slave_1", CommandKind.EMERGENCY, 1.0), "/haul/slave_1/emergency_brake", True),
+        (Command("slave_1", CommandKind.EMERGENCY, 0.0), "/haul/slave_1/emergency_brake", False),
+        (Command("master", CommandKind.TRACTION, 450e3), "/haul/master/traction_command", 450e3),
+    ],
+)
+def test_a_command_goes_to_the_topic_on_which_it_is_given(
+    encoder: TelemetryEncoder, command: Command, topic: str, data: float
+) -> None:
+    message = encoder.command(7, command)
+    assert (message.channel.topic, message.time_ns, decoded(message).data) == (topic, 7, data)
+
+
+def test_state_of_brake_and_radio_is_told_per_locomotive(encoder: TelemetryEncoder) -> None:
+    messages = [
+        encoder.applied_brake(1, "slave_1", 0.5),
+        *encoder.radio(2, "slave_1", False, 2.5),
+        encoder.real_time_factor(3, 1.01),
+    ]
+    assert [(m.channel.topic, m.time_ns, decoded(m).data) for m in messages] == [
+        ("/haul/slave_1/applied_brake", 1, 0.5),
+        ("/haul/slave_1/radio_connected", 2, False),
+        ("/haul/slave_1/radio_delay", 2, 2.5),
+        ("/haul/real_time_factor", 3, 1.01),
+    ]
+
+
+def test_the_master_has_no_radio_link_to_itself(encoder: TelemetryEncoder) -> None:
+    with pytest.raises(KeyError, match="master"):
+        encoder.radio(0, "master", True, 0.0)
+
+
+STATUSES = (
+    DiagnosticStatus(0, "haul: loop", "on time", "daqin_1_2_1", {"step time mean": "5.2e-06 s", "overruns": "0"}),
+    DiagnosticStatus(2, "haul: recorder", "Gerät voll", "", {}),
+)
+
+
+def test_diagnostics_carry_every_status(encoder: TelemetryEncoder) -> None:
+    message = encoder.diagnostics(1_500_000_000, STATUSES)
+    array = decoded(message)
+    assert (message.channel.topic, array.header.stamp.sec, array.header.stamp.nanosec) == (
+        "/diagnostics",
+        1,
+        500_000_000,
+    )
+    read = [
+        DiagnosticStatus(s.level, s.name, s.message, s.hardware_id, {v.key: v.value for v in s.values})
+        for s in array.status
+    ]
+    assert tuple(read) == STATUSES
+
+
+def test_diagnostics_are_read_by_rclpy(encoder: TelemetryEncoder) -> None:
+    serialization = pytest.importorskip("rclpy.serialization")
+    msg = pytest.importorskip("diagnostic_msgs.msg")
+    array = msg.DiagnosticArray()
+    array.header.stamp.sec, array.header.stamp.nanosec = 1, 500_000_000
+    for status in STATUSES:
+        values = [msg.KeyValue(key=key, value=value) for key, value in status.values.items()]
+        level = bytes([status.level])
+        array.status.append(
+            msg.DiagnosticStatus(
+                level=level, name=status.name, message=status.message, hardware_id=status.hardware_id, values=values
+            )
+        )
+    data = encoder.diagnostics(1_500_000_000, STATUSES).data
+    assert serialization.deserialize_message(data, msg.DiagnosticArray) == array
