@@ -1,0 +1,1 @@
+"""What runs and recordings tell: summaries, tables and figures."""

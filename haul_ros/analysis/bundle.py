@@ -1,0 +1,70 @@
+"""Everything that can be told about a recording, as files in one folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from haul_ros.analysis.envelopes import recorded_extremes
+from haul_ros.analysis.plots import brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
+from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
+from haul_ros.errors import HaulError
+from haul_ros.recording.reader import Recording
+
+
+class AnalysisError(HaulError):
+    """Results of an analysis that cannot be written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """What was found, and the files written."""
+
+    summary: RunSummary
+    files: tuple[Path, ...]
+
+
+def default_folder(recording: Path) -> Path:
+    """``<name of the file>_analysis`` in the current folder."""
+    return Path(f"{recording.stem}_analysis")
+
+
+def analyze(path: Path, folder: Path) -> Analysis:
+    """Analyse a recording into a folder, made if missing; results of an earlier analysis there are replaced.
+
+    Writes ``peaks.csv``, ``peaks.parquet`` (if pyarrow is installed), ``profile.png`` and
+    ``history.png``. Nothing is written, and no folder made, before all of the recording has been read.
+
+    Raises
+    ------
+    HaulError
+        The recording cannot be used, or the folder or a file cannot be written.
+    """
+    with Recording(path) as recording:
+        scenario = recorded_scenario(recording)
+        summary = summarize_recording(recording, scenario)
+        extremes = recorded_extremes(recording)
+        couplers, vehicles = recording.couplers(), recording.vehicles()
+        events = [
+            event
+            for locomotive in scenario.consist.locomotives
+            for event in brake_events(locomotive.vehicle, recording.scalars(f"{locomotive.name}/applied_brake"))
+        ]
+    table = peak_table(scenario.consist, extremes)
+    title = f"{scenario.name}: {scenario.description}"
+    profile = profile_figure(scenario.consist, extremes, title)
+    history = history_figure(scenario.consist, couplers, vehicles, events, title)
+
+    files = [folder / "peaks.csv", folder / "profile.png", folder / "history.png"]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_csv(table, files[0])
+        save_png(profile, files[1])
+        save_png(history, files[2])
+        if parquet_available():
+            files.insert(1, folder / "peaks.parquet")
+            write_parquet(table, files[1])
+    except OSError as error:
+        raise AnalysisError(f"{error.filename or folder}: cannot be written: {error.strerror}") from error
+    return Analysis(summary, tuple(files))

@@ -1,0 +1,188 @@
+"""The essence of a run: when and where it stopped, its peaks, energy and numerics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from haul_ros.analysis.envelopes import bottomed_couplers, recorded_extremes
+from haul_ros.errors import RecordingError
+from haul_ros.model.consist import Consist
+from haul_ros.model.sample import CouplerExtremes, FloatArray
+from haul_ros.model.scenario import Scenario
+from haul_ros.physics.energy import EnergyBalance
+from haul_ros.recording.reader import JointSeries, Recording
+from haul_ros.scenario import load_scenario_text
+from haul_ros.simulation.session import Session, SessionStatus
+from haul_ros.units import NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class CouplerPeak:
+    """A largest value over all couplers.
+
+    ``value`` is a force [N] or stroke [m], as a magnitude; ``between`` names the vehicles before
+    and behind; ``position`` is that of the coupler, j/N for the j-th of a train of N vehicles;
+    ``time`` [s] is when it occurred (None: not known).
+    """
+
+    value: float
+    coupler: str
+    between: tuple[str, str]
+    position: float
+    time: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunSummary:
+    """What a run gave, in SI units.
+
+    ``duration`` [s] is what was simulated; ``stop_time`` [s] is when the last vehicle came to rest,
+    None if the train was moving at the end, then with ``final_speed`` [m/s]; ``distance`` [m] is
+    the way of the head. Peaks are taken at every time step, None where no coupler bore any.
+    ``stop_time_resolution`` [s] is how exactly the stop time is known. A recording has no
+    ``energy`` and no ``solver`` (None). ``real_time_factor`` is simulated over wall time, None if
+    it was not measured.
+    """
+
+    scenario: str
+    description: str
+    vehicles: int
+    couplers: int
+    mass: float
+    length: float
+    initial_speed: float
+    duration: float
+    stop_time: float | None
+    stop_time_resolution: float
+    final_speed: float
+    distance: float
+    compression: CouplerPeak | None
+    tension: CouplerPeak | None
+    compression_stroke: CouplerPeak | None
+    tension_stroke: CouplerPeak | None
+    bottomed: tuple[str, ...]
+    energy: EnergyBalance | None
+    solver: SessionStatus | None
+    real_time_factor: float | None
+    caveats: tuple[str, ...]
+
+    @property
+    def stroke(self) -> CouplerPeak | None:
+        """The larger of the largest strokes in compression and tension."""
+        strokes = [peak for peak in (self.compression_stroke, self.tension_stroke) if peak]
+        return max(strokes, key=lambda peak: peak.value, default=None)
+
+
+def peak(consist: Consist, values: FloatArray, times: FloatArray | None = None) -> CouplerPeak | None:
+    """The largest of one value per coupler, the first of equals; None if none is above 0."""
+    if not len(values) or np.max(values) <= 0.0:
+        return None
+    j = int(np.argmax(values))
+    names = consist.vehicle_names
+    return CouplerPeak(
+        value=float(values[j]),
+        coupler=consist.coupler_names[j],
+        between=(names[j], names[j + 1]),
+        position=(j + 1) / len(names),
+        time=None if times is None else float(times[j]),
+    )
+
+
+def summarize_session(session: Session, wall_time: float) -> RunSummary:
+    """Summary of a session as it stands after ``wall_time`` [s] of computing."""
+    return _summary(
+        session.scenario,
+        session.extremes(),
+        duration=session.time,
+        stop_time=session.stop_time,
+        stop_time_resolution=session.scenario.time_step,
+        final_speed=float(session.sample().speed[0]),
+        distance=session.travelled,
+        energy=session.energy(),
+        solver=session.status(),
+        real_time_factor=session.time / wall_time if wall_time > 0.0 else None,
+    )
+
+
+def recorded_scenario(recording: Recording) -> Scenario:
+    """The scenario that a recording carries.
+
+    Raises
+    ------
+    HaulError
+        The file is damaged, or its scenario is not one that this version understands.
+    """
+    return load_scenario_text(recording.scenario_document, recording.info().scenario)
+
+
+def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
+    """Summary of the run in a recording, with its `recorded_scenario`.
+
+    Raises
+    ------
+    RecordingError
+        The file is damaged or holds no samples.
+    """
+    vehicles = recording.vehicles()
+    if not len(vehicles.time_ns):
+        raise RecordingError(f"{recording.path}: holds no {recording.channels.vehicles.topic}: nothing was run")
+    return _summary(
+        scenario,
+        recorded_extremes(recording),
+        duration=float(vehicles.time_ns[-1] - vehicles.time_ns[0]) / NS_PER_S,
+        stop_time=_stop_time(vehicles),
+        stop_time_resolution=1.0 / scenario.sample_rate,
+        final_speed=float(vehicles.velocity[-1, 0]),
+        distance=float(vehicles.position[-1, 0] - vehicles.position[0, 0]),
+        energy=None,
+        solver=None,
+        real_time_factor=None,
+    )
+
+
+def _stop_time(vehicles: JointSeries) -> float | None:
+    """Time [s] of the first sample from which on every vehicle stands, None if one moves in the last."""
+    moving = np.flatnonzero(vehicles.velocity.any(axis=1))
+    first_standing = int(moving[-1]) + 1 if len(moving) else 0
+    return None if first_standing == len(vehicles.time_ns) else float(vehicles.time_ns[first_standing]) / NS_PER_S
+
+
+def _summary(
+    scenario: Scenario,
+    extremes: CouplerExtremes,
+    *,
+    duration: float,
+    stop_time: float | None,
+    stop_time_resolution: float,
+    final_speed: float,
+    distance: float,
+    energy: EnergyBalance | None,
+    solver: SessionStatus | None,
+    real_time_factor: float | None,
+) -> RunSummary:
+    consist = scenario.consist
+    return RunSummary(
+        scenario=scenario.name,
+        description=scenario.description,
+        vehicles=len(consist.vehicles),
+        couplers=len(consist.joints),
+        mass=consist.mass,
+        length=consist.length,
+        initial_speed=scenario.initial_speed,
+        duration=duration,
+        stop_time=stop_time,
+        stop_time_resolution=stop_time_resolution,
+        final_speed=final_speed,
+        distance=distance,
+        compression=peak(consist, extremes.compression, extremes.compression_time),
+        tension=peak(consist, extremes.tension, extremes.tension_time),
+        compression_stroke=peak(consist, extremes.compression_stroke),
+        tension_stroke=peak(consist, extremes.tension_stroke),
+        bottomed=tuple(consist.coupler_names[j] for j in bottomed_couplers(consist, extremes)),
+        energy=energy,
+        solver=solver,
+        real_time_factor=real_time_factor,
+        caveats=scenario.caveats,
+    )

@@ -1,0 +1,1 @@
+"""The command line ``haul``: arguments, exit status and printing; no computation."""

@@ -1,0 +1,17 @@
+"""How facts are laid out on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+_NAME_WIDTH = 18
+
+
+def rows(entries: Iterable[tuple[str, str]]) -> list[str]:
+    """Lines of a name and a value, the values one below the other."""
+    return [f"  {name:{_NAME_WIDTH}} {value}" for name, value in entries]
+
+
+def file_size(size: int) -> str:
+    """A number of bytes with the fitting unit."""
+    return f"{size / 1e6:.1f} MB" if size >= 1_000_000 else f"{size / 1e3:.1f} kB"

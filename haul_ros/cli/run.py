@@ -1,0 +1,100 @@
+"""``haul run``: a scenario in one go, recorded and summarised."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+
+from haul_ros.analysis.summary import RunSummary, summarize_session
+from haul_ros.cli.interrupt import interruption
+from haul_ros.cli.layout import file_size, rows
+from haul_ros.cli.progress import progress
+from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
+from haul_ros.model.sample import Sample
+from haul_ros.model.scenario import Scenario
+from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.recording.telemetry import Message, TelemetryEncoder
+from haul_ros.recording.writer import McapRecorder
+from haul_ros.scenario import load_scenario, parse_override
+from haul_ros.simulation.batch import Period, periods
+from haul_ros.simulation.session import Session
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate, record, print; the exit status is 130 if Ctrl-C ended it early."""
+    scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
+    with interruption() as interrupted:
+        encoder = TelemetryEncoder(scenario.consist)
+        recorder = _recorder(arguments.output, scenario, encoder, arguments.compression)
+        with recorder or nullcontext(), progress(scenario, quiet=arguments.quiet) as bar:
+            summary = _simulate(scenario, encoder, recorder, bar.show, interrupted)
+        _tell(arguments, summary, interrupted())
+        return 130 if interrupted() else 0
+
+
+def _recorder(
+    path: Path | None, scenario: Scenario, encoder: TelemetryEncoder, compression: str
+) -> McapRecorder | None:
+    if path is None:
+        return None
+    return McapRecorder(path, scenario, encoder.channels, compression=compression, when_full="block")
+
+
+def _simulate(
+    scenario: Scenario,
+    encoder: TelemetryEncoder,
+    recorder: McapRecorder | None,
+    show: Callable[[Sample], None],
+    interrupted: Callable[[], bool],
+) -> RunSummary:
+    if not kernel_is_cached():
+        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
+    session = Session(scenario, play_commands=True)
+    began = time.perf_counter()
+    if recorder:
+        recorder.put(_radio_messages(encoder, scenario), time.time_ns())
+    for period in periods(session, interrupted):
+        if recorder:
+            recorder.put(_messages(encoder, period), time.time_ns())
+        show(period.sample)
+    return summarize_session(session, time.perf_counter() - began)
+
+
+def _radio_messages(encoder: TelemetryEncoder, scenario: Scenario) -> list[Message]:
+    """State of the links; nothing changes it in a batch run."""
+    return [
+        message
+        for slave, link in scenario.radio.items()
+        for message in encoder.radio(0, slave, link.connected, link.delay)
+    ]
+
+
+def _messages(encoder: TelemetryEncoder, period: Period) -> list[Message]:
+    """The messages of a period in the order of their times; at one time commands before their effects."""
+    time_ns = period.sample.time_ns
+    messages = [encoder.command(taken.time_ns, taken.command) for taken in period.commands]
+    messages += [encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in period.applied_brakes]
+    messages += encoder.sample(period.sample)
+    if period.extremes:
+        messages += encoder.extremes(time_ns, period.extremes)
+    return sorted(messages, key=lambda message: message.time_ns)
+
+
+def _tell(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool) -> None:
+    output: Path | None = arguments.output
+    if arguments.json:
+        recording = str(output) if output else None
+        print(json.dumps(summary_json(summary) | {"recording": recording, "interrupted": interrupted}, indent=2))
+    elif not arguments.quiet:
+        print("\n".join(summary_lines(summary)))
+        if output:
+            print("\n".join(rows([("recorded", f"{output}, {file_size(output.stat().st_size)}")])))
+    for warning in warnings(summary):
+        print(f"haul: warning: {warning}", file=sys.stderr)
+    if interrupted:
+        print(f"haul: interrupted at {summary.duration:.3f} s", file=sys.stderr)

@@ -1,0 +1,64 @@
+"""A short train's emergency stop, once run, once recorded."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from haul_ros.model.scenario import Scenario
+from haul_ros.recording.telemetry import TelemetryEncoder
+from haul_ros.recording.writer import McapRecorder
+from haul_ros.scenario import load_scenario_text
+from haul_ros.simulation.batch import periods
+from haul_ros.simulation.session import Session
+
+SHORT_TRAIN = """\
+description: short train, emergency from 20 km/h
+consist:
+  - {vehicle: SS4, role: master}
+  - {vehicle: C80, count: 20}
+  - {vehicle: SS4, role: slave}
+coupler: paper_set_b
+brakes: paper_set_b
+initial_speed_kmh: 20
+max_duration_s: 60
+radio: {default: {delay_s: 1.0}}
+commands:
+  - {at_s: 0.5, locomotive: master, emergency: true}
+"""
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A session at its end and the recording of it."""
+
+    session: Session
+    path: Path
+
+
+@pytest.fixture(scope="session")
+def scenario() -> Scenario:
+    return load_scenario_text(SHORT_TRAIN, "short_train")
+
+
+@pytest.fixture(scope="session")
+def run(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    path = tmp_path_factory.mktemp("run") / "short.mcap"
+    session, encoder = Session(scenario, play_commands=True), TelemetryEncoder(scenario.consist)
+    with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
+        for period in periods(session):
+            applied = [encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in period.applied_brakes]
+            extremes = encoder.extremes(period.sample.time_ns, period.extremes) if period.extremes else ()
+            recorder.put([*applied, *encoder.sample(period.sample), *extremes], time.time_ns())
+    return RecordedRun(session, path)
+
+
+@pytest.fixture
+def empty_recording(scenario: Scenario, tmp_path: Path) -> Path:
+    """A recording that was closed before the first sample."""
+    path = tmp_path / "empty.mcap"
+    McapRecorder(path, scenario, TelemetryEncoder(scenario.consist).channels).close()
+    return path

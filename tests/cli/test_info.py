@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from haul_ros.recording.reader import Recording
+
+if TYPE_CHECKING:
+    from conftest import Haul
+
+
+@pytest.fixture
+def recorded(haul: Haul) -> Haul:
+    assert haul("run", "short.yaml", "-o", "run.mcap", "--set", "max_duration_s=2", "--quiet").status == 0
+    return haul
+
+
+def test_info_tells_the_run_its_times_and_topics(recorded: Haul) -> None:
+    outcome = recorded("info", "run.mcap")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert outcome.out.startswith("run.mcap: ")
+    for text in (
+        "compression zstd",
+        "short: short train, emergency from 20 km/h",
+        "22 vehicles, 21 couplers, master, slave_1",
+        "0.000 to 2.000 s of simulation, time step 1 ms",
+        "none dropped",
+    ):
+        assert text in outcome.out
+    counts = {line.split()[0]: line.split()[1:] for line in outcome.out.splitlines() if line.startswith("  /")}
+    assert counts["/haul/couplers"] == ["101", "sensor_msgs/msg/JointState"]
+    assert counts["/haul/master/emergency_brake"] == ["1", "std_msgs/msg/Bool"]
+
+
+def test_json_says_the_same(recorded: Haul) -> None:
+    found = json.loads(recorded("info", "run.mcap", "--json").out)
+    with Recording("run.mcap") as recording:
+        facts = recording.info()
+    assert (found["messages"], found["messages_dropped"], found["complete"]) == (facts.messages, 0, True)
+    assert (found["start_ns"], found["end_ns"], found["duration_s"]) == (0, 2_000_000_000, 2.0)
+    assert found["size_bytes"] == facts.size
+    assert found["locomotives"] == ["master", "slave_1"]
+    assert {"topic": "/haul/couplers", "type": "sensor_msgs/msg/JointState", "messages": 101} in found["topics"]

@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
+
+import pytest
+
+from haul_ros import __version__
+from haul_ros.cli import main as main_module
+from haul_ros.cli.main import build_parser, main
+
+if TYPE_CHECKING:
+    from conftest import Haul
+
+
+def test_the_version_is_that_of_the_package(haul: Haul) -> None:
+    assert haul("--version").out == f"haul {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "haul: the following arguments are required: COMMAND (see haul --help)"),
+        (("run",), "haul: the following arguments are required: SCENARIO (see haul run --help)"),
+        (("run", "nothing"), "haul: nothing: no such scenario, expected a scenario file (YAML) or one of daqin_1_1_0,"),
+        (("run", "short.yaml", "--set", "speed"), "haul: override 'speed': expected KEY=VALUE"),
+        (("run", "short.yaml", "--set", "initial_speed_kmh=-1"), "haul: "),
+        (("run", "short.yaml", "-o", "no/where.mcap"), "haul: no/where.mcap: folder no does not exist"),
+        (("run", "short.yaml", "--ros-args"), "haul: unrecognized arguments: --ros-args"),
+        (("info", "none.mcap"), "haul: none.mcap: no such file"),
+        (("info", "short.yaml"), "haul: short.yaml: not an MCAP file"),
+        (("analyze", "short.yaml"), "haul: short.yaml: not an MCAP file"),
+        (("brake", "master"), "haul: one of the arguments DEMAND --emergency --release-emergency is required"),
+        (("brake", "master", "1", "--emergency"), "haul: argument --emergency: not allowed with argument DEMAND"),
+        (("brake", "master", "much"), "haul: argument DEMAND: invalid float value: 'much'"),
+    ],
+)
+def test_a_mistake_is_one_line_with_status_2_and_leaves_nothing(
+    haul: Haul, tmp_path: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    outcome = haul(*arguments)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith(message)
+    assert outcome.err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["short.yaml"]
+
+
+def test_an_interrupted_command_ends_quietly_with_status_130(haul: Haul, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_name: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(main_module, "resolve_name", interrupted)
+    outcome = haul("scenarios")
+    assert (outcome.status, outcome.out, outcome.err) == (130, "", "")
+
+
+def test_a_reader_that_has_enough_is_no_error() -> None:
+    command = [sys.executable, "-m", "haul_ros", "scenarios"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 1
+
+
+def test_reading_the_help_imports_neither_numba_nor_matplotlib_nor_rclpy() -> None:
+    code = "import sys; from haul_ros.cli.main import build_parser; build_parser().format_help(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numba", "matplotlib", "rclpy", "numpy"} & set(done.stdout.split())
+
+
+def test_every_command_names_a_function_that_exists() -> None:
+    for arguments in (["run", "x"], ["scenarios"], ["info", "x"], ["analyze", "x"], ["node"], ["brake", "x", "1"]):
+        assert callable(resolve_name(build_parser().parse_args(arguments).execute))
+
+
+def test_main_returns_the_status(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios"]) == 0
+    assert main(["info", "no such file"]) == 2
