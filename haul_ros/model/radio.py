@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -15,3 +16,7 @@ class RadioLink:
     jitter: float = 0.0
     loss_probability: float = 0.0
     connected: bool = True
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.delay < math.inf and 0.0 <= self.jitter < math.inf and 0.0 <= self.loss_probability <= 1.0):
+            raise ValueError(f"{self}: delay and jitter must be finite and at least 0, loss_probability 0 to 1")

@@ -19,23 +19,18 @@ Floats = NDArray[np.float64]
 
 def _with_preload_ramp(curve: Curve, solid_stiffness: float) -> Curve:
     """Replace a jump at stroke 0 by the steep line ``solid_stiffness * x`` up to where it meets the curve."""
-    preload = curve[0][1]
-    if preload == 0.0:
+    if curve[0][1] == 0.0:
         return curve
-    points = [*curve, _beyond(curve)]
-    for (x0, f0), (x1, f1) in pairwise(points):
+    for n, ((x0, f0), (x1, f1)) in enumerate(pairwise(curve), start=2):
         slope = (f1 - f0) / (x1 - x0)
+        if solid_stiffness <= slope:
+            break
         meeting = (f0 - slope * x0) / (solid_stiffness - slope)
-        if meeting <= x1:
-            rest = tuple(p for p in curve if p[0] > meeting)
-            return ((0.0, 0.0), (meeting, solid_stiffness * meeting), *(rest or (_beyond(curve),)))
-    raise ValueError(f"solid stiffness {solid_stiffness} N/m is not above the slope of the curve")
-
-
-def _beyond(curve: Curve) -> tuple[float, float]:
-    """A point 1 m past the last one, on the last slope."""
-    (x0, f0), (x1, f1) = curve[-2], curve[-1]
-    return x1 + 1.0, f1 + (f1 - f0) / (x1 - x0)
+        if meeting <= x1 or n == len(curve):  # the last slope goes on
+            force = solid_stiffness * meeting
+            rest = [point for point in curve if point[0] > meeting] or [(meeting + 1.0, force + slope)]
+            return ((0.0, 0.0), (meeting, force), *rest)
+    raise ValueError(f"solid stiffness {solid_stiffness} N/m, must be above the slope of the curve {curve}")
 
 
 def _slopes_at(curve: Curve, knots: Floats) -> Floats:
@@ -63,7 +58,10 @@ def side_hinges(gear: DraftGear, side: SideCurves) -> tuple[Floats, Floats, Floa
 
 
 def stored_energy(gear: DraftGear, stroke: float) -> float:
-    """Energy [J] that a gear gives back when let out slowly: the area under its unloading curve."""
+    """Energy [J] that a gear gives back when let out at its transition speed or faster.
+
+    This is the area under its unloading curve; let out more slowly it gives back more.
+    """
     side = gear.compression if stroke >= 0.0 else gear.tension
     knots, _, unloading = side_hinges(gear, side)
     past = np.maximum(0.0, abs(stroke) - knots)

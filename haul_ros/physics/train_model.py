@@ -17,6 +17,7 @@ from haul_ros.physics.hinges import side_hinges
 from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
+from haul_ros.physics.kernel.newmark import LEAST_FRICTION
 from haul_ros.units import GRAVITY, seconds_to_ns
 
 CURVE_RESISTANCE = 600.0 / 1000.0
@@ -184,6 +185,8 @@ class TrainModel:
         masses[a.MASS] = np.add.reduceat(vehicles[a.VEHICLE_MASS], bounds[:-1])
         masses[a.VELOCITY] = initial_speed
         masses[a.DIRECTION] = np.sign(initial_speed)
+        counters = np.zeros(1, a.COUNTERS)
+        counters["last_motion_step"] = 0 if masses[a.DIRECTION].any() else -1
         places = np.full((3, len(consist.vehicles)), -1, dtype=np.int64)
         places[a.MASS_INDEX] = np.repeat(np.arange(masses.shape[1]), np.diff(bounds))
 
@@ -194,7 +197,7 @@ class TrainModel:
 
         return a.Train(
             settings=settings,
-            counters=np.zeros(1, a.COUNTERS),
+            counters=counters,
             masses=masses,
             connections=connections,
             vehicles=vehicles,
@@ -230,6 +233,8 @@ class TrainModel:
     def start_wave(self, time: float, vehicle: int, kind: WaveKind, level: float = 0.0) -> None:
         """Let a brake wave start at a vehicle at a time [s], not before the present one.
 
+        Waves are to be started in the order of their times: where two meet, the one started later prevails.
+
         ``level`` is the cylinder pressure that a service application or a release asks for, as a
         fraction of emergency pressure.
         """
@@ -237,7 +242,9 @@ class TrainModel:
         if n == len(self._train.waves):
             more = np.concatenate((self._train.waves, np.zeros(n, a.WAVE)))
             self._train = self._train._replace(waves=more)
-        self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, vehicle, vehicle, vehicle + 1)
+        serial = self._train.counters["waves_started"][0] + 1
+        self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, serial, vehicle, vehicle, vehicle + 1)
+        self._train.counters["waves_started"] = serial
         self._train.counters["waves"] = n + 1
 
     def set_traction(self, vehicle: int, force: float) -> None:
@@ -245,7 +252,9 @@ class TrainModel:
         masses, vehicles = self._train.masses, self._train.vehicles
         m = self._train.places[a.MASS_INDEX, vehicle]
         change = force - vehicles[a.TRACTION, vehicle]
-        vehicles[a.TRACTION, vehicle] = force
+        if change == 0.0:
+            return
+        vehicles[[a.TRACTION, a.NEW_TRACTION], vehicle] = force
         self._train.settings["has_traction"] = True
         # The force jumps at this instant: the next step starts from what holds after the jump.
         masses[a.PUSH, m] += change
@@ -253,7 +262,11 @@ class TrainModel:
             masses[a.ACCELERATION, m] += change / masses[a.MASS, m]
         else:
             members = slice(*self._train.members[:, m])
-            share = masses[a.PUSH, m] / max(masses[a.FRICTION, m], np.finfo(float).tiny)
+            # Held by a share of its friction; what is more than all of it sets the mass in motion.
+            friction = masses[a.FRICTION, m]
+            share = float(np.clip(masses[a.PUSH, m] / max(friction, LEAST_FRICTION), -1.0, 1.0))
+            if abs(masses[a.PUSH, m]) > friction:
+                masses[a.ACCELERATION, m] = (masses[a.PUSH, m] - share * friction) / masses[a.MASS, m]
             vehicles[a.BRAKE_FORCE, members] = share * vehicles[a.NEW_BRAKE, members]
             vehicles[a.RESISTANCE_FORCE, members] = share * vehicles[a.NEW_RESISTANCE, members]
 
@@ -265,8 +278,17 @@ class TrainModel:
         return not self._train.masses[a.DIRECTION].any()
 
     @property
+    def brakes_settled(self) -> bool:
+        """No brake wave is under way and no brake cylinder filling or emptying."""
+        return self._train.counters["waves"][0] == 0 and not self._train.vehicles[a.FILLING].any()
+
+    def in_emergency(self, vehicle: int) -> bool:
+        """An emergency wave has reached a vehicle, and none that ends it."""
+        return bool(self._train.vehicles[a.LATCHED, vehicle])
+
+    @property
     def stop_time(self) -> float:
-        """Time at the end of the step in which the last vehicle came to rest [s]; only at standstill."""
+        """Time at the end of the step in which the last vehicle came to rest [s]; only at standstill; 0 if it never moved."""
         return float(self._train.counters["last_motion_step"][0] + 1) * self.time_step
 
     @property
@@ -293,6 +315,18 @@ class TrainModel:
     def brake_target(self, vehicle: int) -> float:
         """What the brake of a vehicle was last told to reach, as a fraction of emergency pressure."""
         return float(self._train.vehicles[a.TARGET, vehicle])
+
+    @property
+    def brake_targets(self) -> Floats:
+        """`brake_target` of every vehicle (n_vehicles,); a copy."""
+        return np.array(self._train.vehicles[a.TARGET])
+
+    @property
+    def bottomed_times(self) -> Floats:
+        """When each gear first closed fully (n_couplers,) [s], NaN: never; a copy."""
+        bottomed = np.full(len(self._rigid), np.nan)
+        bottomed[~self._rigid] = self._train.connections[a.BOTTOMED_TIME]
+        return bottomed
 
     @property
     def train(self) -> a.Train:
@@ -327,8 +361,6 @@ class TrainModel:
 
     def extremes(self) -> CouplerExtremes:
         """Largest coupler forces and strokes since the start."""
-        bottomed = np.full(len(self._rigid), np.nan)
-        bottomed[~self._rigid] = self._train.connections[a.BOTTOMED_TIME]
         return CouplerExtremes(
             compression=self._by_coupler(a.MAX_COMPRESSION, a.BAR_COMPRESSION),
             compression_time=self._by_coupler(a.MAX_COMPRESSION_TIME, a.BAR_COMPRESSION_TIME),
@@ -336,7 +368,7 @@ class TrainModel:
             tension_time=self._by_coupler(a.MAX_TENSION_TIME, a.BAR_TENSION_TIME),
             compression_stroke=self._by_coupler(a.MAX_COMPRESSION_STROKE),
             tension_stroke=self._by_coupler(a.MAX_TENSION_STROKE),
-            bottomed_time=bottomed,
+            bottomed_time=self.bottomed_times,
         )
 
     def statistics(self) -> StepStatistics:

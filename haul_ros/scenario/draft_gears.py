@@ -75,6 +75,18 @@ def _side(document: Document, path: KeyPath) -> SideCurves:
     )
 
 
+def _steepest(curve: Curve) -> float:
+    return max((f1 - f0) / (x1 - x0) for (x0, f0), (x1, f1) in pairwise(curve))
+
+
+def _check_solid_stiffness(document: Document, path: KeyPath, solid: float, steepest: float) -> None:
+    """Refuse a preload that is taken up no steeper than the gear itself."""
+    if solid <= steepest:
+        given = "solid_stiffness_kN_per_mm" in document.at(path)
+        told = f"{solid / _KN_PER_MM:g}{'' if given else ' by default'}, must be above {steepest / _KN_PER_MM:g}"
+        raise document.error(path, f"solid_stiffness_kN_per_mm = {told}, the steepest slope of a preloaded loading curve")
+
+
 def _draft_gear(document: Document, name: str) -> DraftGear:
     path = ("couplers", name)
     entry: dict[str, Any] = document.at(path)
@@ -85,10 +97,12 @@ def _draft_gear(document: Document, name: str) -> DraftGear:
         optional["maximum_stroke"] = entry["maximum_stroke_mm"] / 1e3
     if "bottoming_stiffness_kN_per_mm" in entry:
         optional["bottoming_stiffness"] = entry["bottoming_stiffness_kN_per_mm"] * _KN_PER_MM
-    if "solid_stiffness_kN_per_mm" in entry:
-        optional["solid_stiffness"] = entry["solid_stiffness_kN_per_mm"] * _KN_PER_MM
-    elif compression.loading[0][1] > 0 or tension.loading[0][1] > 0:
-        optional["solid_stiffness"] = DEFAULT_SOLID_STIFFNESS
+    solid_stiffness = entry.get("solid_stiffness_kN_per_mm", DEFAULT_SOLID_STIFFNESS / _KN_PER_MM) * _KN_PER_MM
+    preloaded = [side.loading for side in (compression, tension) if side.loading[0][1] > 0]
+    if preloaded:
+        _check_solid_stiffness(document, path, solid_stiffness, max(map(_steepest, preloaded)))
+    if preloaded or "solid_stiffness_kN_per_mm" in entry:
+        optional["solid_stiffness"] = solid_stiffness
     return DraftGear(
         name=name,
         compression=compression,

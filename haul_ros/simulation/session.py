@@ -61,8 +61,8 @@ class _Arrival:
     """A command on its way to the locomotive that it is to act on."""
 
     step: int
+    time: float
     order: int
-    time: float = field(compare=False)
     command: Command = field(compare=False)
 
 
@@ -107,7 +107,7 @@ class Session:
         self._applied = [AppliedBrake(0, name, 0.0) for name in self._brakes]
         self._taken: list[TakenCommand] = []
         timed = scenario.commands if play_commands else ()
-        self._timed = sorted(timed, key=lambda entry: entry.time, reverse=True)
+        self._timed = sorted(timed, key=lambda entry: entry.time)[::-1]
 
     # -- state ----------------------------------------------------------------------------------
 
@@ -138,8 +138,11 @@ class Session:
 
     @property
     def finished(self) -> bool:
-        """The train stands and nothing is to come, or the longest duration is over."""
-        waiting = bool(self._timed or self._arrivals)
+        """The train stands held and nothing is to come, or the longest duration is over.
+
+        A train that stands at the start is held only if it has not moved after the first period.
+        """
+        waiting = bool(self._timed or self._arrivals) or not self._model.brakes_settled or self.step == 0
         return (self.at_standstill and not waiting) or self.time >= self.scenario.max_duration
 
     @property
@@ -241,13 +244,13 @@ class Session:
         # A wave starts within the step that holds its time; tractive effort changes between steps.
         late = command.kind is CommandKind.TRACTION
         step = math.ceil(steps - _ROUNDING) if late else math.floor(steps + _ROUNDING)
-        heapq.heappush(self._arrivals, _Arrival(max(step, self.step), next(self._order), time, command))
+        heapq.heappush(self._arrivals, _Arrival(max(step, self.step), time, next(self._order), command))
 
     def _arrive(self, time: float, command: Command) -> None:
         """A command takes effect at the locomotive that it names."""
         brake = self._brakes[command.locomotive]
         if command.kind is CommandKind.TRACTION:
-            free = brake.demand == 0.0 and not brake.emergency
+            free = brake.demand == 0.0 and not self._model.in_emergency(brake.vehicle) and not brake.emergency
             self._model.set_traction(brake.vehicle, command.value if free else 0.0)
         elif command.kind is CommandKind.BRAKE:
             self._set_demand(time, command.locomotive, brake, command.value)

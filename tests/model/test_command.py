@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 
 
+@settings(deadline=None)
 @given(kind=st.sampled_from([CommandKind.BRAKE, CommandKind.EMERGENCY]), value=st.floats())
 def test_brakes_take_0_to_1_and_nothing_else(kind: CommandKind, value: float) -> None:
     command = Command("slave_2", kind, value)
@@ -23,6 +24,7 @@ def test_brakes_take_0_to_1_and_nothing_else(kind: CommandKind, value: float) ->
         assert "\n" not in str(refusal.value)
 
 
+@settings(deadline=None)
 @given(value=st.floats())
 def test_traction_takes_any_finite_force_that_does_not_pull_backwards(value: float) -> None:
     command = Command("master", CommandKind.TRACTION, value)

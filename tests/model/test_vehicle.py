@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haul_ros.model.vehicle import ShoeFriction, shoe_force_from_cylinder
@@ -12,6 +12,7 @@ from haul_ros.model.vehicle import ShoeFriction, shoe_force_from_cylinder
 MEDIUM_PHOSPHORUS = ShoeFriction(0.64, 100e3, 5, 3.6 * 3.6, 100, 14 * 3.6, 100, 0.0007 * 3.6, 110 / 3.6)
 
 
+@settings(deadline=None)
 @given(k=st.floats(0.0, 60.0), v=st.floats(0.0, 120.0), v0=st.floats(0.0, 120.0))
 def test_the_coefficient_in_si_units_is_that_of_the_standard_s_units(k: float, v: float, v0: float) -> None:
     expected = 0.64 * (k + 100) / (5 * k + 100) * (3.6 * v + 100) / (14 * v + 100) + 0.0007 * (110 - v0)

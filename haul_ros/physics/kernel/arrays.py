@@ -86,7 +86,8 @@ N_CONNECTION_ROWS = 21
 # traction, gravity: forward positive [N]; brake_force, resistance_force: against forward motion positive [N]; works
 # since the start [J]: brake and resistance taken from the train, gravity and traction given to it.
 # fraction, target: brake cylinder pressure over emergency pressure; fraction_time: the instant that fraction belongs
-# to [s]; initial_speed: when this application began [m/s]; latched: 1 in emergency; brake force = gain * friction
+# to [s]; initial_speed: when this application began [m/s]; latched: 1 in emergency; *_by: serial number of the
+# newest wave that did so; brake force = gain * friction
 # factor + trim [N], at the start and the end of the step; filling: 1 while these may differ.
 # sliding_speed: trial speed in the direction of motion [m/s], -1 at a standstill.
 # bar_*: rigid drawbar behind the vehicle, if there is one: force [N], extremes [N], times [s].
@@ -110,6 +111,7 @@ N_CONNECTION_ROWS = 21
     FRICTION_V0_SLOPE,
     FRICTION_V0_REFERENCE,
     TRACTION,
+    NEW_TRACTION,
     GRAVITY,
     NEW_GRAVITY,
     CURVE_DRAG,
@@ -124,6 +126,10 @@ N_CONNECTION_ROWS = 21
     FRACTION_TIME,
     INITIAL_SPEED,
     LATCHED,
+    LATCHED_BY,
+    UNLATCHED_BY,
+    APPLIED_BY,
+    RELEASED_BY,
     FILLING,
     GAIN,
     TRIM,
@@ -142,8 +148,8 @@ N_CONNECTION_ROWS = 21
     BAR_COMPRESSION_TIME,
     BAR_TENSION,
     BAR_TENSION_TIME,
-) = range(51)
-N_VEHICLE_ROWS = 51
+) = range(56)
+N_VEHICLE_ROWS = 56
 
 # Rows of Train.members (per mass) and Train.places (per vehicle).
 FIRST, END = 0, 1
@@ -167,12 +173,14 @@ SETTINGS = _record("""
 head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions per second [1/s]."""
 
 COUNTERS = _record(
-    "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #last_motion_step worst_residual"
+    "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step worst_residual"
 )
-"""Since the start; worst_residual: the largest one accepted in an unconverged step [N]."""
+"""Since the start; waves: under way; last_motion_step: after which something still moved, -1 if nothing ever did;
+worst_residual: the largest one accepted in an unconverged step [N]."""
 
-WAVE = _record("time speed level #kind #origin #ahead #behind")
-"""time at which it starts [s], speed [m/s], level: cylinder fraction asked for; origin: vehicle;
+WAVE = _record("time speed level #kind #serial #origin #ahead #behind")
+"""time at which it starts [s], speed [m/s], level: cylinder fraction asked for; serial: counts the
+waves as they are started, from 1; origin: vehicle;
 ahead, behind: the next vehicle to be reached on either side, -1 / v where none is left."""
 
 LINE_STEP = _record("start value")

@@ -9,11 +9,29 @@ from haul_ros.physics.kernel.brake_force import follow_target
 
 
 @inner
+def _acts(wave: Record, vehicles: Floats, i: int) -> bool:
+    """Whether a wave still has anything to say to a vehicle.
+
+    A wave that a newer one of the opposite kind has overtaken, or met from the other side, has not;
+    in an emergency only its end and other emergencies have.
+    """
+    if wave.kind == a.EMERGENCY:
+        return wave.serial > vehicles[a.UNLATCHED_BY, i]
+    if wave.kind == a.EMERGENCY_RELEASE:
+        return wave.serial > vehicles[a.LATCHED_BY, i]
+    if vehicles[a.LATCHED, i] == 1.0:
+        return False
+    if wave.kind == a.SERVICE:
+        return wave.serial > max(vehicles[a.RELEASED_BY, i], vehicles[a.UNLATCHED_BY, i])
+    return wave.serial > vehicles[a.APPLIED_BY, i]
+
+
+@inner
 def _arrive(settings: Record, wave: Record, vehicles: Floats, i: int, speed: float, start: float, time: float) -> None:
     """Wave reaches a vehicle: bring its cylinder from ``start`` up to that instant, then set the new target."""
-    latched = vehicles[a.LATCHED, i]
-    if latched == 1.0 and wave.kind != a.EMERGENCY_RELEASE:
+    if not _acts(wave, vehicles, i):
         return
+    latched = vehicles[a.LATCHED, i]
     fraction, target = vehicles[a.FRACTION, i], vehicles[a.TARGET, i]
     elapsed = time - max(vehicles[a.FRACTION_TIME, i], start)
     if elapsed > 0.0:
@@ -26,14 +44,19 @@ def _arrive(settings: Record, wave: Record, vehicles: Floats, i: int, speed: flo
     if wave.kind == a.EMERGENCY:
         vehicles[a.LATCHED, i] = 1.0
         vehicles[a.TARGET, i] = 1.0
+        vehicles[a.LATCHED_BY, i] = max(vehicles[a.LATCHED_BY, i], wave.serial)
+        vehicles[a.NEW_TRACTION, i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
     elif wave.kind == a.EMERGENCY_RELEASE:
         vehicles[a.LATCHED, i] = 0.0
         vehicles[a.TARGET, i] = 0.0
+        vehicles[a.UNLATCHED_BY, i] = max(vehicles[a.UNLATCHED_BY, i], wave.serial)
     elif wave.kind == a.SERVICE:
         # A weaker application, late from another locomotive, does not feed the pipe.
         vehicles[a.TARGET, i] = max(target, wave.level)
+        vehicles[a.APPLIED_BY, i] = max(vehicles[a.APPLIED_BY, i], wave.serial)
     elif wave.kind == a.RELEASE:
         vehicles[a.TARGET, i] = min(target, wave.level)
+        vehicles[a.RELEASED_BY, i] = max(vehicles[a.RELEASED_BY, i], wave.serial)
 
 
 @inner
@@ -48,6 +71,7 @@ def _copy(source: Record, target: Record) -> None:
     target.speed = source.speed
     target.level = source.level
     target.kind = source.kind
+    target.serial = source.serial
     target.origin = source.origin
     target.ahead = source.ahead
     target.behind = source.behind

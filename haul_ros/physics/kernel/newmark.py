@@ -19,7 +19,7 @@ from haul_ros.physics.kernel._jit import inner
 from haul_ros.physics.kernel.arrays import Floats, Ints, Train
 from haul_ros.physics.kernel.brake_force import brake_forces
 from haul_ros.physics.kernel.coupler import coupler_forces
-from haul_ros.physics.kernel.drawbar import collect, spread
+from haul_ros.physics.kernel.drawbar import collect, spread, update_drawbars
 from haul_ros.physics.kernel.resistance import line_forces, running_resistance
 from haul_ros.physics.kernel.tridiagonal import solve_tridiagonal
 
@@ -31,8 +31,8 @@ CAPTURE_SPEED = 1e-4
 Without it a mass that a coupler eases into balance would creep on for ever, ever more slowly.
 """
 
-_NO_FRICTION = 1e-300
-"""In place of no friction at all where it divides [N]."""
+LEAST_FRICTION = 1e-9
+"""Friction [N] below which there is none to share among the members of a mass."""
 
 
 @inner
@@ -142,7 +142,7 @@ def _account_arrested(masses: Floats, vehicles: Floats, members: Ints, h: float)
     for m in range(masses.shape[1]):
         if masses[a.NEW_DIRECTION, m] != 0.0 or masses[a.VELOCITY, m] == 0.0:
             continue
-        mean = -_holding_force(masses, m, h) / max(masses[a.FRICTION, m], _NO_FRICTION)
+        mean = -_holding_force(masses, m, h) / max(masses[a.FRICTION, m], LEAST_FRICTION)
         share = masses[a.SHARE, m]
         way = masses[a.WAY, m]
         for i in range(members[a.FIRST, m], members[a.END, m]):
@@ -169,7 +169,8 @@ def _commit_forces(t: Train, h: float) -> None:
     masses, vehicles = t.masses, t.vehicles
     for m in range(masses.shape[1]):
         # Members of a standing mass share the holding force in proportion to what each can give.
-        held = masses[a.NEW_PUSH, m] / max(masses[a.FRICTION, m], _NO_FRICTION)
+        held = masses[a.NEW_PUSH, m] / max(masses[a.FRICTION, m], LEAST_FRICTION)
+        held = held if masses[a.FRICTION, m] > LEAST_FRICTION else 0.0
         direction = masses[a.NEW_DIRECTION, m]
         masses[a.SHARE, m] = direction if direction != 0.0 else held
     for m in range(masses.shape[1]):
@@ -181,7 +182,10 @@ def _commit_forces(t: Train, h: float) -> None:
     _commit_friction(vehicles, a.NEW_RESISTANCE, a.RESISTANCE_FORCE, a.RESISTANCE_WORK)
     if t.settings[0].has_traction:
         for i in range(vehicles.shape[1]):
-            vehicles[a.TRACTION_WORK, i] += vehicles[a.TRACTION, i] * vehicles[a.VEHICLE_WAY, i]
+            mean = 0.5 * (vehicles[a.TRACTION, i] + vehicles[a.NEW_TRACTION, i])
+            vehicles[a.TRACTION_WORK, i] += mean * vehicles[a.VEHICLE_WAY, i]
+        for i in range(vehicles.shape[1]):
+            vehicles[a.TRACTION, i] = vehicles[a.NEW_TRACTION, i]
     if t.settings[0].has_line:
         for i in range(vehicles.shape[1]):
             mean = 0.5 * (vehicles[a.GRAVITY, i] + vehicles[a.NEW_GRAVITY, i])
@@ -225,15 +229,12 @@ def _outer_forces(t: Train, h: float) -> None:
     if settings.has_line:
         line_forces(settings.start_chainage, t.grades, t.curves, t.masses, t.vehicles, t.places, h)
     if settings.has_line or settings.has_traction:
-        collect(t.vehicles, a.TRACTION, a.NEW_GRAVITY, t.masses, a.OUTER, t.members)
+        collect(t.vehicles, a.NEW_TRACTION, a.NEW_GRAVITY, t.masses, a.OUTER, t.members)
 
 
 @inner
 def balance_at_start(t: Train) -> None:
-    """Forces and accelerations of the initial state, from its strokes and velocities.
-
-    A mass that stands starts from rest even where friction cannot hold it.
-    """
+    """Forces and accelerations of the initial state, from its strokes and velocities."""
     masses = t.masses
     for m in range(masses.shape[1]):
         masses[a.NEW_VELOCITY, m] = masses[a.VELOCITY, m]
@@ -243,11 +244,16 @@ def balance_at_start(t: Train) -> None:
     _friction(masses, t.vehicles, t.members, t.places)
     _push(masses, t.connections)
     for m in range(masses.shape[1]):
-        force = masses[a.NEW_PUSH, m] - masses[a.DIRECTION, m] * masses[a.FRICTION, m]
-        masses[a.ACCELERATION, m] = force / masses[a.MASS, m] if masses[a.DIRECTION, m] != 0.0 else 0.0
-        masses[a.PUSH, m] = masses[a.NEW_PUSH, m]
+        push, friction = masses[a.NEW_PUSH, m], masses[a.FRICTION, m]
+        if masses[a.DIRECTION, m] == 0.0 and abs(push) > friction:
+            masses[a.NEW_DIRECTION, m] = 1.0 if push > 0.0 else -1.0  # rolls off in the first step
+        direction = masses[a.NEW_DIRECTION, m]
+        masses[a.ACCELERATION, m] = (push - direction * friction) / masses[a.MASS, m] if direction != 0.0 else 0.0
+        masses[a.PUSH, m] = push
     _commit_forces(t, 0.0)
     _commit_connections(t.connections)
+    if t.settings[0].has_drawbars:
+        update_drawbars(masses, t.connections, t.vehicles, t.members, 0.0)
 
 
 @inner
