@@ -1,0 +1,29 @@
+"""Entry point ``train_node``: the process of the live train, with its exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from haul_ros.errors import HaulError
+from haul_ros.ros.errors import require_ros
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; ``args`` without the program's name, None: those of the process.
+
+    Returns the exit status: 0 ended as asked, 1 failed while running, 2 the user's mistake.
+    """
+    argv = sys.argv if args is None else ["train_node", *args]
+    try:
+        require_ros()
+        from haul_ros.ros.train_node import run_node  # needs rclpy
+
+        return run_node(argv)
+    except HaulError as error:
+        print(f"train_node: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

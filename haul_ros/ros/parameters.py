@@ -1,0 +1,245 @@
+"""The node's parameters as data: name, type, unit, range, whether they may change, and what they override."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+
+from haul_ros.errors import HaulError
+from haul_ros.model.scenario import Scenario
+from haul_ros.units import kmh_to_mps, mps_to_kmh
+
+Value = bool | float | str
+
+DEFAULT_SCENARIO = "daqin_1_2_1"
+NO_RECORDING = "none"
+
+_TYPE_NAMES = MappingProxyType({bool: "true or false", float: "a number", str: "text"})
+
+
+class ParameterError(HaulError):
+    """A parameter that does not exist, or whose value cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRow:
+    """One parameter of the node.
+
+    ``default`` None: the scenario's own value. ``scenario_key`` is the scenario entry that the
+    parameter overrides ("": none) and ``to_scenario`` turns its value into that entry's unit.
+    A number is 0 or at least ``least_above_zero`` where that is given.
+    """
+
+    name: str
+    kind: type[bool] | type[float] | type[str]
+    description: str
+    default: Value | None = None
+    unit: str = ""
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    least_above_zero: float = 0.0
+    choices: tuple[str, ...] = ()
+    read_only: bool = True
+    scenario_key: str = ""
+    to_scenario: Callable[[Value], object] = lambda value: value
+
+    def check(self, value: object) -> Value:
+        """The value as this parameter's type; a whole number will do where a decimal one is meant.
+
+        Raises
+        ------
+        ParameterError
+            Wrong type, NaN, infinite, out of range, or none of the choices.
+        """
+        if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if not isinstance(value, self.kind):
+            raise ParameterError(f"parameter {self.name} = {value}, must be {_TYPE_NAMES[self.kind]}")
+        if isinstance(value, float) and not self._in_range(value):
+            raise ParameterError(f"parameter {self.name} = {value}, must be {self._expected_number()}")
+        if isinstance(value, str) and self.choices and value not in self.choices:
+            raise ParameterError(f"parameter {self.name} = {value!r}, must be one of {', '.join(self.choices)}")
+        return value
+
+    def _in_range(self, value: float) -> bool:
+        return self.minimum <= value <= self.maximum and not 0.0 < value < self.least_above_zero
+
+    def _expected_number(self) -> str:
+        zero = f"0 or {self.least_above_zero:g}" if self.least_above_zero else f"{self.minimum:g}"
+        return f"{zero} to {self.maximum:g} {self.unit}".rstrip()
+
+    def descriptor(self) -> ParameterDescriptor:
+        """What ``ros2 param describe`` shows; the range is also enforced by ROS."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        limits = FloatingPointRange(from_value=self.minimum, to_value=self.maximum)
+        return ParameterDescriptor(
+            name=self.name,
+            description=f"{self.description}{unit}",
+            additional_constraints=f"one of {', '.join(self.choices)}" if self.choices else "",
+            read_only=self.read_only,
+            floating_point_range=[limits] if self.kind is float else [],
+        )
+
+
+_TRAIN_ROWS = (
+    ParameterRow("scenario", str, "name of a shipped scenario, or path of a scenario file", DEFAULT_SCENARIO),
+    ParameterRow(
+        "dt",
+        float,
+        "time step of the integration; default: the scenario's",
+        unit="s",
+        minimum=1e-6,
+        maximum=0.1,
+        scenario_key="time_step_ms",
+        to_scenario=lambda value: float(value) * 1e3,
+    ),
+    ParameterRow(
+        "publish_rate",
+        float,
+        "rate of ~/couplers, ~/vehicles and ~/brake_cylinder_pressure in simulation time, and of taking commands; "
+        "default: the scenario's",
+        unit="Hz",
+        minimum=0.1,
+        maximum=10_000.0,
+        scenario_key="sample_rate_hz",
+    ),
+    ParameterRow(
+        "initial_speed",
+        float,
+        "speed of the train at the start; default: the scenario's",
+        unit="m/s",
+        minimum=0.0,
+        maximum=kmh_to_mps(200.0),
+        scenario_key="initial_speed_kmh",
+        to_scenario=lambda value: mps_to_kmh(float(value)),
+    ),
+    ParameterRow("scenario_commands", bool, "play the scenario's own timed commands as well", False),
+    ParameterRow(
+        "real_time_factor",
+        float,
+        "simulated over wall time: 1 real time, 0 as fast as possible",
+        1.0,
+        minimum=0.0,
+        maximum=1000.0,
+        least_above_zero=0.001,
+        read_only=False,
+    ),
+    ParameterRow(
+        "record_path",
+        str,
+        f"file to record to; empty: <scenario>_<UTC time>.mcap in the current folder; {NO_RECORDING}: no recording",
+        "",
+    ),
+    ParameterRow("record_compression", str, "compression of the recording", "zstd", choices=("zstd", "lz4", "none")),
+    ParameterRow("publish_clock", bool, "publish the simulation time on /clock with every sample", False),
+)
+
+_RADIO_ROWS = (
+    ParameterRow(
+        "delay",
+        float,
+        "time from a command at the master to its effect at this slave, from the next command on",
+        unit="s",
+        minimum=0.0,
+        maximum=3600.0,
+        read_only=False,
+        scenario_key="delay_s",
+    ),
+    ParameterRow(
+        "jitter",
+        float,
+        "largest random addition to the delay",
+        unit="s",
+        minimum=0.0,
+        maximum=3600.0,
+        scenario_key="jitter_s",
+    ),
+    ParameterRow(
+        "loss_probability",
+        float,
+        "probability that a telegram to this slave is lost",
+        minimum=0.0,
+        maximum=1.0,
+        scenario_key="loss_probability",
+    ),
+    ParameterRow(
+        "connected",
+        bool,
+        "whether anything arrives over this link, from the next command on",
+        read_only=False,
+        scenario_key="connected",
+    ),
+)
+
+
+def parameter_rows(slaves: Iterable[str]) -> dict[str, ParameterRow]:
+    """All parameters of a node whose train has these slave locomotives, by name."""
+    radio = (
+        replace(row, name=f"radio.{slave}.{row.name}", scenario_key=f"radio.{slave}.{row.scenario_key}")
+        for slave in slaves
+        for row in _RADIO_ROWS
+    )
+    return {row.name: row for row in (*_TRAIN_ROWS, *radio)}
+
+
+def radio_parameter(name: str) -> tuple[str, str] | None:
+    """``(slave, field of the link)`` of a parameter ``radio.<slave>.<field>``, None for any other."""
+    parts = name.split(".")
+    return (parts[1], parts[2]) if len(parts) == 3 and parts[0] == "radio" else None
+
+
+def check_given(given: Mapping[str, object]) -> dict[str, Value]:
+    """Check what the user gave, before there is a scenario.
+
+    Raises
+    ------
+    ParameterError
+        Unknown name (with the nearest known one), or a value that its row refuses.
+    """
+    slaves = sorted({radio[0] for radio in map(radio_parameter, given) if radio})
+    rows = parameter_rows(slaves)
+    for name in given:
+        if name not in rows:
+            near = difflib.get_close_matches(name, [*rows, *parameter_rows(["slave_1"])], n=1)
+            hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(row.name for row in _TRAIN_ROWS)}"
+            raise ParameterError(f"parameter {name} is unknown{hint}")
+    return {name: rows[name].check(value) for name, value in given.items()}
+
+
+def scenario_overrides(given: Mapping[str, Value]) -> dict[str, object]:
+    """Scenario entries that checked parameters replace, by their dotted keys.
+
+    Without ``scenario_commands`` the timed commands are replaced by none, so that the resolved
+    scenario is what the node really runs.
+    """
+    slaves = sorted({radio[0] for radio in map(radio_parameter, given) if radio})
+    rows = parameter_rows(slaves)
+    overrides = {rows[n].scenario_key: rows[n].to_scenario(v) for n, v in given.items() if rows[n].scenario_key}
+    if not given.get("scenario_commands", False):
+        overrides["commands"] = []
+    return overrides
+
+
+def values_in_effect(scenario: Scenario, given: Mapping[str, Value]) -> dict[str, Value]:
+    """Every parameter's value for a loaded scenario: what was given, else the scenario's own or the default.
+
+    Raises
+    ------
+    ParameterError
+        The scenario's own value is outside the parameter's range.
+    """
+    own: dict[str, Value] = {
+        "dt": scenario.time_step,
+        "publish_rate": scenario.sample_rate,
+        "initial_speed": scenario.initial_speed,
+    }
+    for slave, link in scenario.radio.items():
+        own |= {f"radio.{slave}.{row.name}": getattr(link, row.name) for row in _RADIO_ROWS}
+    rows = parameter_rows(scenario.radio)
+    defaults = {name: row.default for name, row in rows.items() if row.default is not None}
+    return {name: rows[name].check(value) for name, value in {**defaults, **own, **given}.items()}

@@ -1,0 +1,92 @@
+"""The parameters of a node declared from the table, and the scenario that they lead to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from haul_ros.model.scenario import Scenario
+from haul_ros.ros.parameters import (
+    DEFAULT_SCENARIO,
+    ParameterError,
+    Value,
+    check_given,
+    parameter_rows,
+    scenario_overrides,
+    values_in_effect,
+)
+from haul_ros.scenario import load_scenario
+
+_OF_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+"""Names, or beginnings of names, of the parameters that rclpy declares for itself."""
+
+
+class NodeSettings:
+    """What the user asked for. Values that the scenario has too are its own unless they were given.
+
+    The node has to be made with ``automatically_declare_parameters_from_overrides``: so an unknown
+    name is noticed, and a whole number accepted where a decimal one is meant.
+
+    Raises
+    ------
+    HaulError
+        Unknown parameter, unusable value, or a scenario that cannot be loaded.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._given = check_given(_given(node))
+        self.scenario = self._load(self._given)
+        self._rows = parameter_rows(self.scenario.radio)
+        for name, value in values_in_effect(self.scenario, self._given).items():
+            if node.has_parameter(name):
+                node.undeclare_parameter(name)
+            node.declare_parameter(name, value, self._rows[name].descriptor(), ignore_override=True)
+        node.add_on_set_parameters_callback(self._check)
+
+    def number(self, name: str) -> float:
+        """Present value of a parameter that is a number."""
+        return float(self._node.get_parameter(name).value)
+
+    def text(self, name: str) -> str:
+        """Present value of a parameter that is text."""
+        return str(self._node.get_parameter(name).value)
+
+    def flag(self, name: str) -> bool:
+        """Present value of a parameter that is true or false."""
+        return bool(self._node.get_parameter(name).value)
+
+    def scenario_again(self) -> Scenario:
+        """The scenario for a new run of the same train, with the present values of the parameters.
+
+        Raises
+        ------
+        HaulError
+            The scenario file cannot be read any more, or has become another train.
+        """
+        present = {name: self._node.get_parameter(name).value for name, row in self._rows.items() if not row.read_only}
+        scenario = self._load({**self._given, **present})
+        if scenario.consist != self.scenario.consist:
+            raise ParameterError(f"scenario {self.scenario.name} has become another train; restart the node for it")
+        return scenario
+
+    def _load(self, values: Mapping[str, Value]) -> Scenario:
+        return load_scenario(str(values.get("scenario", DEFAULT_SCENARIO)), scenario_overrides(values))
+
+    def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        try:
+            for parameter in parameters:
+                if parameter.name in self._rows:
+                    self._rows[parameter.name].check(parameter.value)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+
+def _given(node: Node) -> dict[str, object]:
+    declared: Mapping[str, Any] = node.get_parameters_by_prefix("")
+    return {name: parameter.value for name, parameter in declared.items() if not name.startswith(_OF_RCLPY)}

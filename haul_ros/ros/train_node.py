@@ -1,0 +1,223 @@
+"""The node ``haul``: topics, parameters and services wired to the loop that simulates the train."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Sequence
+from concurrent.futures import Future
+from datetime import UTC, datetime
+from functools import partial
+from math import inf
+from pathlib import Path
+from time import monotonic
+from typing import Any, cast
+
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.utilities import ok, remove_ros_args
+from std_srvs.srv import SetBool, Trigger
+
+from haul_ros.errors import CommandError, HaulError
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.scenario import Scenario
+from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.recording.telemetry import TelemetryEncoder
+from haul_ros.recording.writer import McapRecorder
+from haul_ros.ros.context import ros_node_context
+from haul_ros.ros.errors import RosError
+from haul_ros.ros.loop import SimulationLoop
+from haul_ros.ros.parameters import radio_parameter
+from haul_ros.ros.publishers import Publishers, endpoint
+from haul_ros.ros.recordings import first_recording, following_recording
+from haul_ros.ros.run import CLOCK_CHANNEL, TrainRun
+from haul_ros.ros.settings import NodeSettings
+from haul_ros.simulation.session import Session
+from haul_ros.units import NS_PER_S, mps_to_kmh
+
+NODE_NAME = "haul"
+
+_LOOK_ROUND = 0.5
+"""Longest wait [s] of the executor: rclpy may shut down on a signal without waking it."""
+_ANSWER_TIMEOUT = 10.0
+"""Longest time [s] that a service waits for the loop."""
+_WARNING_PERIOD = 1.0
+"""Shortest time [s] between two warnings about the commands of one topic."""
+
+
+def run_node(argv: Sequence[str]) -> int:
+    """Run the node with the ROS arguments in ``argv`` until it is told to end; returns the exit status.
+
+    Raises
+    ------
+    HaulError
+        Arguments, parameters, scenario or recording cannot be used; nothing was started.
+    """
+    with ros_node_context(argv) as signals:
+        if surplus := remove_ros_args(list(argv))[1:]:
+            raise RosError(f"unexpected argument {surplus[0]!r}; parameters are given as --ros-args -p name:=value")
+        try:
+            node = TrainNode()
+            signals.started()
+            try:
+                return node.run() if ok() else 0
+            finally:
+                cast(Any, node).destroy_node()
+        except KeyboardInterrupt:
+            return 0
+        except RuntimeError:  # RCLError, if ROS was shut down while the node started
+            if ok():
+                raise
+            return 0
+
+
+class TrainNode(Node):
+    """A live train: the executor's thread takes requests, the loop's thread simulates, publishes and records.
+
+    Raises
+    ------
+    HaulError
+        Parameters or scenario cannot be used.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True)
+        self._log: RcutilsLogger = cast(Any, self).get_logger()
+        self._settings = NodeSettings(self)
+        scenario = self._settings.scenario
+        self._encoder = TelemetryEncoder(scenario.consist, self.get_fully_qualified_name())
+        self._outlet = self._create_publishers()
+        self._warned: dict[str, float] = {}
+        self._subscribe()
+        self.create_service(SetBool, "~/pause", self._pause)
+        self.create_service(Trigger, "~/step", self._step)
+        self.create_service(Trigger, "~/reset", self._reset)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self._first_recording = first_recording(self._settings.text("record_path"), scenario.name, datetime.now(UTC))
+        if not kernel_is_cached():
+            self._log.info("compiling the model, once after an installation; takes about 20 s")
+        Session(scenario)  # compiles where needed, while nothing is open yet and a signal can still interrupt
+
+    def run(self) -> int:
+        """Simulate until ROS is shut down or the simulation fails; returns the exit status.
+
+        Raises
+        ------
+        RecordingError
+            There can be no such recording; nothing was started.
+        """
+        scenario = self._settings.scenario
+        self._loop = SimulationLoop(
+            self._new_run(scenario, self._first_recording),
+            round(NS_PER_S / scenario.sample_rate),
+            self._settings.number("real_time_factor"),
+            on_rejected=self._warn_rejected,
+            on_end=self.context.try_shutdown,
+        )
+        self._loop.start()
+        try:
+            self._spin()
+        finally:
+            self._loop.stop()
+        return 0 if self._loop.failure is None else _tell_failure(self._loop.failure)
+
+    def _spin(self) -> None:
+        executor = SingleThreadedExecutor()
+        executor.add_node(self)
+        try:
+            while True:
+                executor.spin_once(timeout_sec=_LOOK_ROUND)
+        except ExternalShutdownException:
+            pass
+        except RuntimeError:  # RCLError, if the shutdown came between two waits
+            if self.context.ok():
+                raise
+
+    def _create_publishers(self) -> Publishers:
+        channels = self._encoder.channels
+        received = {channel.topic for by_locomotive in channels.commands.values() for channel in by_locomotive.values()}
+        clock = [CLOCK_CHANNEL] if self._settings.flag("publish_clock") else []
+        return Publishers(self, [*(channel for channel in channels if channel.topic not in received), *clock])
+
+    def _subscribe(self) -> None:
+        for kind, by_locomotive in self._encoder.channels.commands.items():
+            for locomotive, channel in by_locomotive.items():
+                message_type, topic, qos = endpoint(channel)
+                self.create_subscription(message_type, topic, partial(self._take_command, locomotive, kind), qos)
+
+    def _new_run(self, scenario: Scenario, recording: Path | None) -> TrainRun:
+        session = Session(scenario, play_commands=self._settings.flag("scenario_commands"))
+        recorder = self._new_recorder(scenario, recording) if recording else None
+        train = f"{len(scenario.consist.vehicles)} vehicles at {mps_to_kmh(scenario.initial_speed):.1f} km/h"
+        told = f"recording to {recording}" if recording else "not recording"
+        self._log.info(f"{scenario.name}: {train}, {told}")
+        return TrainRun(
+            session,
+            self._encoder,
+            self._outlet.publish,
+            recorder,
+            publish_clock=self._settings.flag("publish_clock"),
+        )
+
+    def _new_recorder(self, scenario: Scenario, path: Path) -> McapRecorder:
+        # As fast as possible there is no time to lose by waiting for the disk, in real time there is
+        wait = self._settings.number("real_time_factor") == 0.0
+        return McapRecorder(
+            path,
+            scenario,
+            self._encoder.channels,
+            compression=self._settings.text("record_compression"),
+            when_full="block" if wait else "drop",
+        )
+
+    def _take_command(self, locomotive: str, kind: CommandKind, message: Any) -> None:
+        self._loop.command(Command(locomotive, kind, float(message.data)))
+
+    def _warn_rejected(self, command: Command, error: CommandError) -> None:
+        topic = self._encoder.channels.commands[command.kind][command.locomotive].topic
+        if monotonic() >= self._warned.get(topic, -inf) + _WARNING_PERIOD:
+            self._warned[topic] = monotonic()
+            self._log.warning(f"{topic}: {command.value} rejected: {error}")
+
+    def _apply_parameters(self, parameters: Sequence[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "real_time_factor":
+                self._loop.set_real_time_factor(parameter.value)
+            elif radio := radio_parameter(parameter.name):
+                slave, field = radio
+                self._loop.set_radio(slave, **{field: parameter.value})
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return _answer(response, self._loop.pause(request.data))
+
+    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _answer(response, self._loop.step())
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            first = self._first_recording
+            run = self._new_run(self._settings.scenario_again(), following_recording(first) if first else None)
+        except HaulError as error:
+            response.success, response.message = False, str(error)
+            return response
+        return _answer(response, self._loop.reset(run))
+
+
+def _answer(response: Any, result: Future[str]) -> Any:
+    try:
+        response.success, response.message = True, result.result(timeout=_ANSWER_TIMEOUT)
+    except TimeoutError:
+        response.success, response.message = False, f"no answer from the simulation within {_ANSWER_TIMEOUT:g} s"
+    except Exception as error:  # whatever it is, the loop ends the node for it where it must
+        response.success, response.message = False, str(error)
+    return response
+
+
+def _tell_failure(error: Exception) -> int:
+    if isinstance(error, HaulError):
+        print(f"train_node: {error}", file=sys.stderr)
+    else:
+        traceback.print_exception(error)
+    return 1

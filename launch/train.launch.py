@@ -1,0 +1,49 @@
+"""Start the live train: ros2 launch haul_ros train.launch.py scenario:=daqin_4x5000."""
+
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchContext, LaunchDescription
+
+NODE_PARAMETERS = {
+    "scenario": (str, "name of a shipped scenario, or path of a scenario file"),
+    "real_time_factor": (float, "1 real time, 0 as fast as possible"),
+    "record_path": (str, "file to record to; none: no recording"),
+    "publish_clock": (bool, "publish the simulation time on /clock"),
+}
+
+
+def train_node(context: LaunchContext) -> list[Node]:
+    """The node with the parameter file, and on top of it the arguments that were given."""
+    given = {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, (kind, _) in NODE_PARAMETERS.items()
+        if LaunchConfiguration(name).perform(context)
+    }
+    return [
+        Node(
+            package="haul_ros",
+            executable="train_node",
+            name="haul",
+            namespace=LaunchConfiguration("namespace"),
+            output="screen",
+            parameters=[LaunchConfiguration("params_file"), *([given] if given else [])],
+        )
+    ]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Arguments and node."""
+    params_file = PathJoinSubstitution([FindPackageShare("haul_ros"), "config", "train_node.yaml"])
+    arguments = [
+        DeclareLaunchArgument("namespace", default_value="", description="namespace of the node"),
+        DeclareLaunchArgument("params_file", default_value=params_file, description="parameters of the node, YAML"),
+        *(
+            DeclareLaunchArgument(name, default_value="", description=f"{text}; empty: as in params_file")
+            for name, (_, text) in NODE_PARAMETERS.items()
+        ),
+    ]
+    return LaunchDescription([*arguments, OpaqueFunction(function=train_node)])

@@ -1,0 +1,54 @@
+"""One command from another program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from live_node import TABLE, WAIT
+
+from haul_ros.errors import CommandError
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.recording.reader import Recording
+from haul_ros.ros.brake_client import publish_command
+
+if TYPE_CHECKING:
+    from live_node import LiveNode, Observer
+
+
+def test_commands_arrive_at_the_node_in_their_order(start_node: Callable[..., LiveNode], observer: Observer) -> None:
+    commands = (
+        Command("slave_1", CommandKind.BRAKE, 0.4),
+        Command("master", CommandKind.TRACTION, 1000.0),
+        Command("master", CommandKind.EMERGENCY, 1.0),
+    )
+    node = start_node(record_path="run.mcap")
+    for command in commands:
+        publish_command(command, timeout=WAIT)
+    applied = observer.watch_typed(TABLE.applied_brake["master"])
+    observer.wait_until(lambda: bool(applied) and applied[-1].data == 1.0, "the emergency")
+    assert node.end() == 0
+    with Recording(node.folder / "run.mcap") as recording:
+        assert tuple(command for _, command in recording.commands()) == commands
+
+
+def test_an_unknown_locomotive_is_refused_with_those_that_exist(start_node: Callable[..., LiveNode]) -> None:
+    start_node(record_path="none")
+    expected = "no locomotive slave_7 at node /haul, which has master, slave_1, slave_2, slave_3"
+    with pytest.raises(CommandError, match=expected):
+        publish_command(Command("slave_7", CommandKind.BRAKE, 0.4), timeout=WAIT)
+
+
+def test_without_a_node_the_command_is_refused_after_the_time_out() -> None:
+    with pytest.raises(CommandError, match="no node /haul_elsewhere found"):
+        publish_command(Command("master", CommandKind.BRAKE, 0.4), prefix="/haul_elsewhere", timeout=0.2)
+
+
+def test_a_value_that_cannot_be_is_refused_at_once() -> None:
+    with pytest.raises(CommandError, match="nan"):
+        publish_command(Command("master", CommandKind.BRAKE, math.nan), timeout=math.inf)

@@ -1,0 +1,92 @@
+"""What is worth a warning."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from haul_ros.recording.writer import RecorderStatus
+from haul_ros.ros.diagnostics import ERROR, OK, WARN, RunReport, statuses
+from haul_ros.ros.timing import LoopTiming
+from haul_ros.simulation.radio import LinkStatus
+from haul_ros.simulation.session import SessionStatus
+
+TIMING = LoopTiming(
+    real_time_factor=1.0,
+    step_time_mean=5e-6,
+    step_time_max=7e-6,
+    lateness_max=2e-4,
+    overruns=0,
+    missed_periods=0,
+    missed_now=0,
+)
+SESSION = SessionStatus(
+    steps=1000,
+    newton_iterations_mean=1.25,
+    newton_iterations_max=3,
+    fallback_steps=0,
+    unconverged_steps=0,
+    worst_residual=0.0,
+    radio={"slave_1": LinkStatus(connected=True, delay=0.5, sent=4, lost=1)},
+)
+RECORDER = RecorderStatus(written=100, dropped=0, bytes=4096, failure=None)
+GOOD = RunReport(time=1.0, paused=False, timing=TIMING, session=SESSION, accepted=2, rejected=0, recorder=RECORDER)
+
+
+def told(report: RunReport) -> dict[str, tuple[int, str]]:
+    return {status.name.removeprefix("haul: "): (status.level, status.message) for status in statuses(report)}
+
+
+def test_a_run_in_order_is_ok_in_every_part() -> None:
+    assert told(GOOD) == {
+        "pacing": (OK, "running"),
+        "solver": (OK, "every step converged"),
+        "radio": (OK, "all links up"),
+        "commands": (OK, "every command accepted"),
+        "recorder": (OK, "recording"),
+    }
+
+
+def test_figures_come_with_their_units() -> None:
+    values = {key: value for status in statuses(GOOD) for key, value in status.values.items()}
+    assert values["step time mean [us]"] == "5.00"
+    assert values["lateness max [ms]"] == "0.200"
+    assert values["Newton iterations mean"] == "1.250"
+    assert values["slave_1 delay [s]"] == "0.5"
+    assert (values["slave_1 sent"], values["slave_1 lost"]) == ("4", "1")
+    assert (values["written"], values["dropped"], values["bytes"]) == ("100", "0", "4096")
+
+
+@pytest.mark.parametrize(
+    ("report", "part", "level", "message"),
+    [
+        (replace(GOOD, paused=True), "pacing", OK, "paused"),
+        (replace(GOOD, timing=replace(TIMING, overruns=3, missed_periods=30)), "pacing", OK, "running"),
+        (
+            replace(GOOD, timing=replace(TIMING, overruns=1, missed_periods=8, missed_now=8)),
+            "pacing",
+            WARN,
+            "too slow: 8 periods missed",
+        ),
+        (
+            replace(GOOD, session=replace(SESSION, unconverged_steps=2)),
+            "solver",
+            ERROR,
+            "2 steps did not converge",
+        ),
+        (
+            replace(GOOD, session=replace(SESSION, radio={"slave_1": LinkStatus(False, 0.5, 4, 4)})),
+            "radio",
+            WARN,
+            "no link to slave_1",
+        ),
+        (replace(GOOD, rejected=3), "commands", WARN, "3 commands rejected"),
+        (replace(GOOD, recorder=None), "recorder", OK, "no recording"),
+        (replace(GOOD, recorder=replace(RECORDER, dropped=7)), "recorder", WARN, "7 messages dropped"),
+        (replace(GOOD, recorder=replace(RECORDER, failure="disk full")), "recorder", ERROR, "disk full"),
+    ],
+)
+def test_what_is_out_of_order_is_told_in_its_part_alone(report: RunReport, part: str, level: int, message: str) -> None:
+    expected = {**told(GOOD), part: (level, message)}
+    assert told(report) == expected

@@ -1,0 +1,139 @@
+"""The process around the node: what is refused with which exit status, and how it ends."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from live_node import TABLE, Couplers
+
+from haul_ros.model.command import CommandKind
+from haul_ros.recording.reader import Recording
+from haul_ros.ros.node import main
+
+if TYPE_CHECKING:
+    from live_node import LiveNode, Observer
+
+    StartNode = Callable[..., LiveNode]
+
+
+def told(capfd: pytest.CaptureFixture[str]) -> list[str]:
+    """Lines on standard error, without those that rcl prints by itself."""
+    return [line for line in capfd.readouterr().err.splitlines() if "[rcl]" not in line]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["daqin_1_2_1"], "unexpected argument 'daqin_1_2_1'; parameters are given as --ros-args -p name:=value"),
+        (["--ros-args", "-p", "scenario"], "ROS 2 cannot be started with these arguments: "),
+        (["--ros-args", "--wrong"], "ROS 2 cannot be started with these arguments: "),
+        (["--ros-args", "-p", "scenario:=daqin"], "daqin: no such scenario"),
+        (["--ros-args", "-p", "scenario:=wrong.yaml"], "wrong.yaml:2: "),
+        (["--ros-args", "-p", "dt:=-0.001"], "parameter dt = -0.001, must be 1e-06 to 0.1 s"),
+        (["--ros-args", "-p", "dt:=0.0007"], "must be a whole number of them"),
+        (["--ros-args", "-p", "initial_spead:=1.0"], "parameter initial_spead is unknown; did you mean initial_speed?"),
+        (["--ros-args", "-p", "radio.slave_9.delay:=1.0"], "slave_9: no such locomotive"),
+        (["--ros-args", "-p", "record_compression:=zip"], "must be one of zstd, lz4, none"),
+        (["--ros-args", "-p", "record_path:=missing/run.mcap"], "missing/run.mcap: folder missing does not exist"),
+        (["--ros-args", "-p", "record_path:=taken.mcap"], "taken.mcap: exists already"),
+    ],
+)
+def test_a_users_mistake_ends_with_one_line_status_2_and_no_file(
+    arguments: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("taken.mcap").write_text("somebody's")
+    Path("wrong.yaml").write_text("consist: [\n")
+    assert main(arguments) == 2
+    (line,) = told(capfd)
+    assert line.startswith("train_node: ")
+    assert message in line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["taken.mcap", "wrong.yaml"]
+    assert Path("taken.mcap").read_text() == "somebody's"
+
+
+def test_without_rclpy_the_message_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    assert main([]) == 2
+    (line,) = told(capfd)
+    assert "pip install 'haul_ros[ros]', or source ROS 2 Jazzy" in line
+
+
+def test_without_a_middleware_the_message_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def init(**_: object) -> None:
+        raise ImportError("failed to load shared library 'librmw_fastrtps_cpp.so'\nmore\n")
+
+    monkeypatch.setattr("rclpy.init", init)
+    assert main([]) == 2
+    (line,) = told(capfd)
+    assert "'librmw_fastrtps_cpp.so'" in line
+    assert "pip install 'haul_ros[ros]', or source ROS 2 Jazzy" in line
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
+    start_node: StartNode, observer: Observer, signal_number: int
+) -> None:
+    node = start_node()
+    couplers = Couplers(observer)
+    couplers.wait_for_time(10**9)
+    assert node.end(signal_number) == 0
+    assert "Traceback" not in node.log
+    (path,) = node.folder.iterdir()
+    assert path.name.startswith("daqin_1_2_1_")
+    with Recording(path) as recording:
+        assert recording.info().complete
+        assert recording.couplers().time_ns[-1] >= couplers.time_ns
+
+
+def test_many_signals_while_it_ends_do_no_harm(start_node: StartNode, observer: Observer) -> None:
+    node = start_node(record_path="run.mcap")
+    Couplers(observer).wait_for_time(0)
+    for _ in range(5):
+        node.process.send_signal(signal.SIGINT)
+    assert node.wait_for_end() == 0
+    with Recording(node.folder / "run.mcap") as recording:
+        assert recording.info().complete
+
+
+def test_without_room_for_the_recording_the_train_runs_on_and_the_node_ends_with_status_1(
+    start_node: StartNode, observer: Observer
+) -> None:
+    node = start_node(record_path="run.mcap", record_compression="none", file_size_limit=1_000_000)
+    reports = observer.watch_typed(TABLE.diagnostics)
+    couplers = Couplers(observer)
+    observer.wait_until(
+        lambda: any(s.name == "haul: recorder" and s.level == b"\x02" for report in reports for s in report.status),
+        "the error of the recorder",
+    )
+    couplers.wait_for_time(couplers.time_ns + 10**9)
+    assert node.end() == 1
+    assert "Traceback" not in node.log
+    assert "run.mcap: recording failed: File too large" in node.log.splitlines()[-1]
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_while_the_node_starts_ends_it_with_status_0_and_no_unfinished_file(
+    start_node: StartNode, observer: Observer, signal_number: int
+) -> None:
+    node = start_node(record_path="run.mcap")
+    channel = TABLE.commands[CommandKind.BRAKE]["master"]
+    observer.wait_until(lambda: observer.subscribers_of(channel) > 0, "the first of the node's topics")
+    assert node.end(signal_number) == 0
+    assert not list(node.folder.glob("*.active"))

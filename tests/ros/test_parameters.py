@@ -1,0 +1,93 @@
+"""The table of parameters: what is accepted, what it overrides, how it is described."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from haul_ros.ros.parameters import (
+    ParameterError,
+    check_given,
+    parameter_rows,
+    scenario_overrides,
+    values_in_effect,
+)
+from haul_ros.scenario import load_scenario
+
+
+def test_every_parameter_is_described_with_unit_range_and_read_only_where_it_is_so() -> None:
+    descriptors = {name: row.descriptor() for name, row in parameter_rows(["slave_1"]).items()}
+    assert all(d.name == name and d.description for name, d in descriptors.items())
+    assert descriptors["dt"].description.endswith("[s]")
+    assert descriptors["dt"].read_only
+    assert not descriptors["real_time_factor"].read_only
+    assert not descriptors["radio.slave_1.delay"].read_only
+    assert not descriptors["radio.slave_1.connected"].read_only
+    assert descriptors["radio.slave_1.jitter"].read_only
+    limits = descriptors["radio.slave_1.loss_probability"].floating_point_range[0]
+    assert (limits.from_value, limits.to_value) == (0.0, 1.0)
+    assert "zstd" in descriptors["record_compression"].additional_constraints
+
+
+def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
+    value = check_given({"real_time_factor": 0})["real_time_factor"]
+    assert value == 0.0
+    assert isinstance(value, float)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("dt", -0.001, r"parameter dt = -0.001, must be 1e-06 to 0.1 s"),
+        ("dt", math.nan, r"parameter dt = nan, must be"),
+        ("dt", True, r"parameter dt = True, must be a number"),
+        ("publish_rate", math.inf, r"parameter publish_rate = inf, must be 0.1 to 10000 Hz"),
+        ("initial_speed", 56.0, r"parameter initial_speed = 56.0, must be 0 to 55.5556 m/s"),
+        ("real_time_factor", 1e-6, r"parameter real_time_factor = 1e-06, must be 0 or 0.001 to 1000"),
+        ("real_time_factor", "fast", r"parameter real_time_factor = fast, must be a number"),
+        ("scenario", 4, r"parameter scenario = 4, must be text"),
+        ("publish_clock", 1, r"parameter publish_clock = 1, must be true or false"),
+        ("record_compression", "gzip", r"parameter record_compression = 'gzip', must be one of zstd, lz4, none"),
+        ("radio.slave_1.loss_probability", 1.5, r"parameter radio.slave_1.loss_probability = 1.5, must be 0 to 1"),
+        ("scenaro", "x", r"parameter scenaro is unknown; did you mean scenario\?"),
+        ("radio.slave_1.dely", 1.0, r"parameter radio.slave_1.dely is unknown; did you mean radio.slave_1.delay\?"),
+        ("zzz", 1.0, r"parameter zzz is unknown; there are scenario, dt, "),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(name: str, value: object, message: str) -> None:
+    with pytest.raises(ParameterError, match=message) as refused:
+        check_given({name: value})
+    assert "\n" not in str(refused.value)
+
+
+def test_parameters_override_the_scenario_in_its_own_units() -> None:
+    given = check_given(
+        {"dt": 0.0005, "publish_rate": 100, "initial_speed": 10.0, "radio.slave_2.delay": 1.5, "record_path": "none"}
+    )
+    assert scenario_overrides(given) == {
+        "time_step_ms": 0.5,
+        "sample_rate_hz": 100.0,
+        "initial_speed_kmh": 36.0,
+        "radio.slave_2.delay_s": 1.5,
+        "commands": [],
+    }
+
+
+def test_the_timed_commands_of_the_scenario_stay_only_when_asked_for() -> None:
+    assert scenario_overrides({"scenario_commands": True}) == {}
+    assert scenario_overrides({"scenario_commands": False}) == {"commands": []}
+
+
+def test_what_was_not_given_has_the_value_of_the_scenario() -> None:
+    scenario = load_scenario("daqin_1_2_1", {"radio.slave_3.delay_s": 2.0, "time_step_ms": 0.5})
+    values = values_in_effect(scenario, {"publish_rate": 50.0, "record_path": "run.mcap"})
+    assert values["dt"] == 0.0005
+    assert values["initial_speed"] == pytest.approx(80 / 3.6)
+    assert values["radio.slave_3.delay"] == 2.0
+    assert values["radio.slave_1.connected"] is True
+    assert values["record_path"] == "run.mcap"
+    assert values["real_time_factor"] == 1.0
+    assert set(values) == set(parameter_rows(["slave_1", "slave_2", "slave_3"]))

@@ -1,0 +1,31 @@
+"""Names of recordings."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from haul_ros.ros.recordings import first_recording, following_recording
+
+NOW = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
+
+
+def test_without_a_path_the_file_is_named_after_scenario_and_time() -> None:
+    assert first_recording("", "daqin_1_2_1", NOW) == Path("daqin_1_2_1_20260304T050607Z.mcap")
+
+
+def test_a_given_path_is_used_as_it_is_and_none_means_no_recording() -> None:
+    assert first_recording("runs/a.mcap", "daqin_1_2_1", NOW) == Path("runs/a.mcap")
+    assert first_recording("none", "daqin_1_2_1", NOW) is None
+
+
+def test_the_recording_after_a_reset_is_numbered_and_passes_over_files_that_exist(tmp_path: Path) -> None:
+    first = tmp_path / "run.mcap"
+    assert following_recording(first) == tmp_path / "run_2.mcap"
+    (tmp_path / "run_2.mcap").touch()
+    (tmp_path / "run_3.mcap.active").touch()
+    assert following_recording(first) == tmp_path / "run_4.mcap"
