@@ -1,0 +1,71 @@
+"""The package installs with colcon as ROS users do it, and works from there in an empty folder."""
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+import haul_ros
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_versions_agree() -> None:
+    assert ET.parse(ROOT / "package.xml").findtext("version") == haul_ros.__version__
+
+
+@pytest.fixture(params=["", "--symlink-install"], scope="module")
+def installed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The install space of a colcon build, with and without links to the sources."""
+    pytest.importorskip("colcon_core")
+    bases = tmp_path_factory.mktemp("workspace")
+    command = [sys.executable, "-m", "colcon", "--log-base", str(bases / "log"), "build", "--base-paths", str(ROOT)]
+    command += ["--build-base", str(bases / "build"), "--install-base", str(bases / "install")]
+    command += [request.param] if request.param else []
+    result = subprocess.run(command, cwd=bases, capture_output=True, text=True, timeout=120, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return bases / "install" / "haul_ros"
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "lib/haul_ros/train_node",
+        "lib/haul_ros/haul",
+        "share/ament_index/resource_index/packages/haul_ros",
+        "share/haul_ros/package.xml",
+        "share/haul_ros/launch/train.launch.py",
+        "share/haul_ros/config/train_node.yaml",
+        "share/haul_ros/config/scenarios/daqin_1_2_1.yaml",
+        "share/haul_ros/config/catalogue/vehicles.yaml",
+        "share/haul_ros/config/schema/scenario.schema.json",
+    ],
+)
+def test_colcon_installs(installed: Path, path: str) -> None:
+    assert (installed / path).exists()
+
+
+def test_installed_program_finds_its_scenarios(installed: Path, tmp_path: Path) -> None:
+    # What sourcing install/setup.bash does for Python, read from what colcon wrote
+    found = subprocess.run(
+        ["bash", "-c", f'. "{installed}/share/haul_ros/package.bash" && echo "$PYTHONPATH"'],
+        env={**os.environ, "PYTHONPATH": ""},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.strip()
+    assert found
+    result = subprocess.run(
+        [sys.executable, installed / "lib/haul_ros/haul", "scenarios", "--json"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": found},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    assert "daqin_1_2_1" in result.stdout
