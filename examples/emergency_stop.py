@@ -65,7 +65,7 @@ class Telemetry:
         return (
             f"  {self.time:6.2f} s   {self.vehicles.velocity[0] * 3.6:5.1f} km/h"
             f"   largest buff {buff / 1e3:6.1f} kN in {self.couplers.name[forces.index(buff)]}"
-            f"   largest draft {-draft / 1e3:6.1f} kN in {self.couplers.name[forces.index(draft)]}"
+            f"   largest draft {abs(draft) / 1e3:6.1f} kN in {self.couplers.name[forces.index(draft)]}"
         )
 
 
@@ -127,7 +127,10 @@ def main():
     if status != 0:
         sys.exit(f"emergency_stop: the node ended with status {status}; its log is {log}")
 
-    for command in (["haul", "info", str(recording)], ["haul", "analyze", str(recording), "-o", str(folder / "analysis")]):
+    for command in (
+        ["haul", "info", str(recording)],
+        ["haul", "analyze", str(recording), "-o", str(folder / "analysis")],
+    ):
         print("\n>", " ".join(command), flush=True)
         subprocess.run(command, check=True)
     print(f"\nLook at the pictures in {folder / 'analysis'}")

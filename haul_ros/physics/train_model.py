@@ -288,7 +288,7 @@ class TrainModel:
 
     @property
     def stop_time(self) -> float:
-        """Time at the end of the step in which the last vehicle came to rest [s]; only at standstill; 0 if it never moved."""
+        """When the last vehicle came to rest [s], to a time step; 0 if none moved. For a standing train."""
         return float(self._train.counters["last_motion_step"][0] + 1) * self.time_step
 
     @property

@@ -173,7 +173,8 @@ SETTINGS = _record("""
 head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions per second [1/s]."""
 
 COUNTERS = _record(
-    "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step worst_residual"
+    "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
+    "worst_residual"
 )
 """Since the start; waves: under way; last_motion_step: after which something still moved, -1 if nothing ever did;
 worst_residual: the largest one accepted in an unconverged step [N]."""
