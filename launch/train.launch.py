@@ -1,12 +1,11 @@
 """Start the live train: ros2 launch haul_ros train.launch.py scenario:=daqin_4x5000."""
 
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
-
-from launch import LaunchContext, LaunchDescription
 
 NODE_PARAMETERS = {
     "scenario": (str, "name of a shipped scenario, or path of a scenario file"),

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from haul_ros.analysis.envelopes import recorded_extremes
-from haul_ros.analysis.plots import brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.envelopes import Thinning, recorded_extremes
+from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure, save_png
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
 from haul_ros.errors import HaulError
-from haul_ros.recording.reader import Recording
+from haul_ros.recording.reader import JointSeries, Recording
 
 
 class AnalysisError(HaulError):
@@ -30,6 +30,17 @@ def default_folder(recording: Path) -> Path:
     return Path(f"{recording.stem}_analysis")
 
 
+def _thinned(recording: Recording) -> tuple[JointSeries, JointSeries]:
+    """Couplers and vehicles in as many samples as a picture shows, read piece by piece."""
+    counts = {topic.topic: topic.count for topic in recording.info().topics}
+    couplers = Thinning(counts[recording.channels.couplers.topic], HISTORY_COLUMNS)
+    vehicles = Thinning(counts[recording.channels.vehicles.topic], HISTORY_COLUMNS)
+    for block in recording.blocks():
+        couplers.add(block.couplers)
+        vehicles.add(block.vehicles)
+    return couplers.result(), vehicles.result()
+
+
 def analyze(path: Path, folder: Path) -> Analysis:
     """Analyse a recording into a folder, made if missing; results of an earlier analysis there are replaced.
 
@@ -45,7 +56,7 @@ def analyze(path: Path, folder: Path) -> Analysis:
         scenario = recorded_scenario(recording)
         summary = summarize_recording(recording, scenario)
         extremes = recorded_extremes(recording)
-        couplers, vehicles = recording.couplers(), recording.vehicles()
+        couplers, vehicles = _thinned(recording)
         events = [
             event
             for locomotive in scenario.consist.locomotives

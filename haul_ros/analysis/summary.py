@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,15 +107,15 @@ def summarize_session(session: Session, wall_time: float) -> RunSummary:
     )
 
 
-def recorded_scenario(recording: Recording) -> Scenario:
-    """The scenario that a recording carries.
+def recorded_scenario(recording: Recording, overrides: Mapping[str, object] | None = None) -> Scenario:
+    """The scenario that a recording carries, with values replaced as for `load_scenario`.
 
     Raises
     ------
     HaulError
         The file is damaged, or its scenario is not one that this version understands.
     """
-    return load_scenario_text(recording.scenario_document, recording.info().scenario)
+    return load_scenario_text(recording.scenario_document, recording.info().scenario, overrides)
 
 
 def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
@@ -125,28 +126,51 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
     RecordingError
         The file is damaged or holds no samples.
     """
-    vehicles = recording.vehicles()
-    if not len(vehicles.time_ns):
+    journey = _Journey()
+    for block in recording.blocks():
+        journey.add(block.vehicles)
+    if not journey.times_ns:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.vehicles.topic}: nothing was run")
     return _summary(
         scenario,
         recorded_extremes(recording),
-        duration=float(vehicles.time_ns[-1] - vehicles.time_ns[0]) / NS_PER_S,
-        stop_time=_stop_time(vehicles),
+        duration=(journey.times_ns[1] - journey.times_ns[0]) / NS_PER_S,
+        stop_time=None if journey.standing_since_ns is None else journey.standing_since_ns / NS_PER_S,
         stop_time_resolution=1.0 / scenario.sample_rate,
-        final_speed=float(vehicles.velocity[-1, 0]),
-        distance=float(vehicles.position[-1, 0] - vehicles.position[0, 0]),
+        final_speed=journey.final_speed,
+        distance=journey.places[1] - journey.places[0],
         energy=None,
         solver=None,
         real_time_factor=None,
     )
 
 
-def _stop_time(vehicles: JointSeries) -> float | None:
-    """Time [s] of the first sample from which on every vehicle stands, None if one moves in the last."""
-    moving = np.flatnonzero(vehicles.velocity.any(axis=1))
-    first_standing = int(moving[-1]) + 1 if len(moving) else 0
-    return None if first_standing == len(vehicles.time_ns) else float(vehicles.time_ns[first_standing]) / NS_PER_S
+class _Journey:
+    """What a summary needs of the vehicles' samples, taken piece by piece.
+
+    ``times_ns`` and ``places`` [m] are those of the head in the first and the last sample; ``standing_since_ns`` is
+    the time of the first sample from which on every vehicle stands, None if one moves in the last.
+    """
+
+    def __init__(self) -> None:
+        self.times_ns: tuple[int, int] | None = None
+        self.places = (0.0, 0.0)
+        self.standing_since_ns: int | None = None
+        self.final_speed = 0.0
+
+    def add(self, vehicles: JointSeries) -> None:
+        if not len(vehicles.time_ns):
+            return
+        time_ns, head = vehicles.time_ns, vehicles.position[:, 0]
+        first_ns, first_place = (self.times_ns[0], self.places[0]) if self.times_ns else (int(time_ns[0]), head[0])
+        self.times_ns, self.places = (first_ns, int(time_ns[-1])), (float(first_place), float(head[-1]))
+        self.final_speed = float(vehicles.velocity[-1, 0])
+        moving = np.flatnonzero(vehicles.velocity.any(axis=1))
+        if len(moving):
+            standing = int(moving[-1]) + 1
+            self.standing_since_ns = int(time_ns[standing]) if standing < len(time_ns) else None
+        elif self.standing_since_ns is None:
+            self.standing_since_ns = int(time_ns[0])
 
 
 def _summary(

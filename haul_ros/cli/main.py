@@ -97,6 +97,28 @@ def build_parser() -> argparse.ArgumentParser:
     )
     analyze.add_argument("--json", action="store_true", help="print the summary as JSON")
 
+    recover = commands.add_parser("recover", help="make an unfinished or damaged recording whole, in a new file")
+    recover.set_defaults(execute="haul_ros.cli.recover:recover_file")
+    recover.add_argument("file", metavar="FILE", type=Path, help="such as FILE.mcap.active")
+    recover.add_argument("-o", "--output", metavar="FILE.mcap", type=Path, required=True, help="the new file")
+    recover.add_argument("--json", action="store_true", help="print as JSON")
+
+    replay = commands.add_parser(
+        "replay", help="simulate the recorded commands again and compare, or again with other parameters"
+    )
+    replay.set_defaults(execute="haul_ros.cli.replay:replay")
+    replay.add_argument("file", metavar="FILE", type=Path)
+    replay.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        dest="overrides",
+        action="append",
+        default=[],
+        help="replace a value of the scenario for another run with the same commands; may be repeated; needs -o",
+    )
+    replay.add_argument("-o", "--output", metavar="NEW.mcap", type=Path, help="record that run to this new file")
+    replay.add_argument("--json", action="store_true", help="print as JSON")
+
     node = commands.add_parser(
         "node",
         help="run the live node (needs ROS 2)",

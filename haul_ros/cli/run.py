@@ -22,7 +22,7 @@ from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario, parse_override
 from haul_ros.simulation.batch import Period, periods
-from haul_ros.simulation.session import Session
+from haul_ros.simulation.session import Session, TakenCommand, TakenLink
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,34 +30,50 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
     with interruption() as interrupted:
         encoder = TelemetryEncoder(scenario.consist)
-        recorder = _recorder(arguments.output, scenario, encoder, arguments.compression)
+        recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
         with recorder or nullcontext(), progress(scenario, quiet=arguments.quiet) as bar:
-            summary = _simulate(scenario, encoder, recorder, bar.show, interrupted)
+            tell_compilation()
+            summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
         _tell(arguments, summary, interrupted())
         return 130 if interrupted() else 0
 
 
-def _recorder(
+def tell_compilation() -> None:
+    """Say why the first session of all takes its time."""
+    if not kernel_is_cached():
+        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
+
+
+def new_recorder(
     path: Path | None, scenario: Scenario, encoder: TelemetryEncoder, compression: str
 ) -> McapRecorder | None:
+    """A recorder that may take its time; None without a path.
+
+    Raises
+    ------
+    RecordingError
+        There can be no such recording.
+    """
     if path is None:
         return None
     return McapRecorder(path, scenario, encoder.channels, compression=compression, when_full="block")
 
 
-def _simulate(
-    scenario: Scenario,
+def simulate(
+    session: Session,
     encoder: TelemetryEncoder,
     recorder: McapRecorder | None,
     show: Callable[[Sample], None],
     interrupted: Callable[[], bool],
 ) -> RunSummary:
-    if not kernel_is_cached():
-        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
-    session = Session(scenario, play_commands=True)
+    """Run a session to its end or until interrupted, recorded and shown; its summary.
+
+    Raises
+    ------
+    RunError
+        A command cannot be carried out at its time.
+    """
     began = time.perf_counter()
-    if recorder:
-        recorder.put(_radio_messages(encoder, scenario), time.time_ns())
     for period in periods(session, interrupted):
         if recorder:
             recorder.put(_messages(encoder, period), time.time_ns())
@@ -65,20 +81,18 @@ def _simulate(
     return summarize_session(session, time.perf_counter() - began)
 
 
-def _radio_messages(encoder: TelemetryEncoder, scenario: Scenario) -> list[Message]:
-    """State of the links; nothing changes it in a batch run."""
-    return [
-        message
-        for slave, link in scenario.radio.items()
-        for message in encoder.radio(0, slave, link.connected, link.delay)
-    ]
-
-
 def _messages(encoder: TelemetryEncoder, period: Period) -> list[Message]:
-    """The messages of a period in the order of their times; at one time commands before their effects."""
+    """The messages of a period in the order of their times; at one time what was done before its effects."""
     time_ns = period.sample.time_ns
-    messages = [encoder.command(taken.time_ns, taken.command) for taken in period.commands]
+    messages: list[Message] = []
+    done: list[TakenCommand | TakenLink] = [*period.commands, *period.links]
+    for taken in sorted(done, key=lambda taken: taken.order):
+        if isinstance(taken, TakenCommand):
+            messages.append(encoder.command(taken.time_ns, taken.command))
+        else:
+            messages += encoder.radio(taken.time_ns, taken.slave, taken.link.connected, taken.link.delay)
     messages += [encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in period.applied_brakes]
+    messages += [encoder.event(event) for event in period.events]
     messages += encoder.sample(period.sample)
     if period.extremes:
         messages += encoder.extremes(time_ns, period.extremes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from haul_ros.analysis.summary import CouplerPeak, RunSummary
@@ -10,6 +10,20 @@ from haul_ros.cli.layout import rows
 from haul_ros.physics.energy import EnergyBalance
 from haul_ros.simulation.session import SessionStatus
 from haul_ros.units import mps_to_kmh
+
+_COMPARED: dict[str, Callable[[RunSummary], float | None]] = {
+    "stop [s]": lambda run: run.stop_time,
+    "distance [m]": lambda run: run.distance,
+    "final speed [km/h]": lambda run: mps_to_kmh(run.final_speed),
+    "compression [kN]": lambda run: run.compression.value / 1e3 if run.compression else 0.0,
+    "  at [s]": lambda run: run.compression.time if run.compression else None,
+    "  of the train": lambda run: run.compression.position if run.compression else None,
+    "tension [kN]": lambda run: run.tension.value / 1e3 if run.tension else 0.0,
+    "  at [s]  ": lambda run: run.tension.time if run.tension else None,
+    "  of the train  ": lambda run: run.tension.position if run.tension else None,
+    "stroke [mm]": lambda run: run.stroke.value * 1e3 if run.stroke else 0.0,
+}
+"""Numbers of a run by name."""
 
 _STANDINGS = ("fitted", "assumed", "overridden")
 
@@ -31,6 +45,15 @@ def summary_lines(summary: RunSummary) -> list[str]:
         entries.append(("speed", f"{summary.real_time_factor:.0f} x real time"))
     entries += _caveats(summary.caveats)
     return [f"{summary.scenario}: {summary.description}", *rows(entries)]
+
+
+def side_by_side(recorded: RunSummary, again: RunSummary) -> list[str]:
+    """The numbers of two runs in columns."""
+    lines = [f"  {'':18} {'recorded':>14} {'run again':>14}"]
+    for name, number in _COMPARED.items():
+        pair = [f"{value:14.3f}" if (value := number(run)) is not None else f"{'-':>14}" for run in (recorded, again)]
+        lines.append(f"  {name:18} {' '.join(pair)}")
+    return lines
 
 
 def warnings(summary: RunSummary) -> list[str]:

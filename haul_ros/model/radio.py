@@ -20,3 +20,13 @@ class RadioLink:
     def __post_init__(self) -> None:
         if not (0.0 <= self.delay < math.inf and 0.0 <= self.jitter < math.inf and 0.0 <= self.loss_probability <= 1.0):
             raise ValueError(f"{self}: delay and jitter must be finite and at least 0, loss_probability 0 to 1")
+
+
+@dataclass(frozen=True, slots=True)
+class TimedLink:
+    """The link to a slave from ``time`` [s] of the simulation on: its ``delay`` [s], up or down."""
+
+    time: float
+    slave: str
+    delay: float
+    connected: bool

@@ -15,6 +15,7 @@ BOOL = "std_msgs/msg/Bool"
 FLOAT64 = "std_msgs/msg/Float64"
 FLOAT64_ARRAY = "std_msgs/msg/Float64MultiArray"
 JOINT_STATE = "sensor_msgs/msg/JointState"
+LOG = "rcl_interfaces/msg/Log"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 DEFAULT_PREFIX = "/haul"
@@ -72,6 +73,7 @@ class ChannelTable:
     max_tension: Channel
     real_time_factor: Channel
     diagnostics: Channel
+    events: Channel
     applied_brake: Mapping[str, Channel]
     commands: Mapping[CommandKind, Mapping[str, Channel]]
     radio_connected: Mapping[str, Channel]
@@ -80,6 +82,7 @@ class ChannelTable:
     def __iter__(self) -> Iterator[Channel]:
         yield from (self.couplers, self.vehicles, self.brake_cylinder_pressure)
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
+        yield self.events
         yield from self.applied_brake.values()
         for by_locomotive in self.commands.values():
             yield from by_locomotive.values()
@@ -117,6 +120,7 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> C
         max_tension=private("max_tension", JOINT_STATE, EVENT),
         real_time_factor=private("real_time_factor", FLOAT64, EVENT),
         diagnostics=Channel("/diagnostics", DIAGNOSTICS, EVENT),
+        events=private("events", LOG, STREAM),
         applied_brake=each(locomotives, "applied_brake", FLOAT64, LATCHED),
         commands=MappingProxyType(commands),
         radio_connected=each(slaves, "radio_connected", BOOL, LATCHED),

@@ -90,6 +90,27 @@ class _Layout:
             raise ValueError(f"message of {len(data)} bytes has not the expected layout of {at[-1]} bytes")
         return at[1:-2:2]
 
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return self._starts[-1]
+
+    def fields(self, messages: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+        """Every field of messages (n, size) as a view (n, size of the field).
+
+        Raises
+        ------
+        ValueError
+            A message is of another layout.
+        """
+        at = self._starts
+        if messages.shape[1] != self.size or any(
+            (messages[:, at[2 * i] : at[2 * i + 1]] != np.frombuffer(constant, np.uint8)).any()
+            for i, constant in enumerate(self.constants)
+        ):
+            raise ValueError(f"message has not the expected layout of {self.size} bytes")
+        return [messages[:, at[i] : at[i + 1]] for i in range(1, len(at) - 2, 2)]
+
 
 def _marked_stamp() -> tuple[int, int]:
     return _STAMP.unpack(_MARK * _STAMP.size)
@@ -115,7 +136,7 @@ class JointStateCodec:
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
-        count = len(self.names)
+        self.count = count = len(self.names)
         marked = _marked_doubles(count)
         message = new_message(JOINT_STATE, new_header(*_marked_stamp()), list(self.names), marked, marked, marked)
         self._layout = _Layout.of(serialize(message, JOINT_STATE), (_STAMP.size, 8 * count, 8 * count, 8 * count))
@@ -162,12 +183,28 @@ class JointStateCodec:
         position, velocity, effort = (np.frombuffer(data, "<f8", len(self.names), start) for start in arrays)
         return position, velocity, effort
 
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return self._layout.size
+
+    def decode_many(self, messages: NDArray[np.uint8]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and effort (m, n) of messages (m, size) as views of them.
+
+        Raises
+        ------
+        ValueError
+            A message has other names or another shape.
+        """
+        _, position, velocity, effort = self._layout.fields(messages)
+        return position.view("<f8"), velocity.view("<f8"), effort.view("<f8")
+
 
 class ArrayCodec:
     """``std_msgs/Float64MultiArray`` of one labelled dimension of fixed size n."""
 
     def __init__(self, label: str, count: int) -> None:
-        self._count = count
+        self.count = count
         dimension = new_message("std_msgs/msg/MultiArrayDimension", label, count, count)
         layout = new_message("std_msgs/msg/MultiArrayLayout", [dimension], 0)
         message = new_message(FLOAT64_ARRAY, layout, _marked_doubles(count))
@@ -182,7 +219,7 @@ class ArrayCodec:
             The array is not of shape (n,).
         """
         head, tail = self._layout.constants
-        return b"".join((head, _doubles(values, self._count), tail))
+        return b"".join((head, _doubles(values, self.count), tail))
 
     def decode(self, data: bytes) -> FloatArray:
         """Values (n,) as a read-only view of the message.
@@ -193,7 +230,23 @@ class ArrayCodec:
             The message has another label or size.
         """
         (start,) = self._layout.starts(data)
-        return np.frombuffer(data, "<f8", self._count, start)
+        return np.frombuffer(data, "<f8", self.count, start)
+
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return self._layout.size
+
+    def decode_many(self, messages: NDArray[np.uint8]) -> tuple[FloatArray]:
+        """Values (m, n) of messages (m, size) as a view of them, the only item.
+
+        Raises
+        ------
+        ValueError
+            A message has another label or size.
+        """
+        (values,) = self._layout.fields(messages)
+        return (values.view("<f8"),)
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +20,15 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 from haul_ros.errors import HaulError, RecordingError
-from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.radio import TimedLink
 from haul_ros.model.sample import FloatArray
-from haul_ros.recording.channels import BOOL, FLOAT64, ChannelTable, channel_table
-from haul_ros.recording.encoding import ArrayCodec, JointStateCodec, decode_bool, decode_float64
-from haul_ros.recording.run_file import ACTIVE_SUFFIX, RECORD_NAME, SCENARIO_NAME
+from haul_ros.recording.channels import BOOL, FLOAT64, LOG, ChannelTable, channel_table
+from haul_ros.recording.chunks import Run, load_chunks, runs
+from haul_ros.recording.encoding import ArrayCodec, JointStateCodec, decode_bool, decode_float64, typestore
+from haul_ros.recording.run_file import ACTIVE_SUFFIX, RECORD_NAME, SCENARIO_NAME, recovery_hint
+from haul_ros.recording.telemetry import LOGGER, Message
 from haul_ros.units import NS_PER_S
 
 TimeArray = NDArray[np.int64]
@@ -107,6 +111,43 @@ class ScalarSeries(NamedTuple):
     values: FloatArray
 
 
+class Samples(NamedTuple):
+    """What was sampled of the train."""
+
+    couplers: JointSeries
+    vehicles: JointSeries
+    pressure: PressureSeries
+
+
+class _Columns:
+    """Arrays of a topic while they are filled: ``time_ns`` (n,) and the codec's arrays (n, k)."""
+
+    def __init__(self, topic: str, codec: JointStateCodec | ArrayCodec) -> None:
+        self.topic = topic
+        self.codec = codec
+        self.allocate(0)
+
+    def allocate(self, count: int) -> None:
+        """New arrays for so many messages."""
+        number = 3 if isinstance(self.codec, JointStateCodec) else 1
+        self.time_ns = np.empty(count, np.int64)
+        self.arrays = [np.empty((count, self.codec.count)) for _ in range(number)]
+        self._end = 0
+
+    def add(self, pieces: Iterable[Run]) -> None:
+        """Append messages."""
+        for run in pieces:
+            start, self._end = self._end, self._end + len(run.time_ns)
+            self.time_ns[start : self._end] = run.time_ns
+            for array, values in zip(self.arrays, self.codec.decode_many(run.messages), strict=True):
+                array[start : self._end] = values
+
+    def fill(self, pieces: list[Run]) -> None:
+        """Begin anew with these messages alone."""
+        self.allocate(sum(len(run.time_ns) for run in pieces))
+        self.add(pieces)
+
+
 class Recording:
     """A finished recording of haul_ros, opened for reading; a context manager.
 
@@ -124,8 +165,9 @@ class Recording:
         self._stream = _open(self.path)
         try:
             with self._border():
-                size = os.fstat(self._stream.fileno()).st_size  # no record is longer, whatever a damaged one says
-                self._reader = SeekingReader(self._stream, validate_crcs=True, record_size_limit=size)
+                self._size = os.fstat(self._stream.fileno()).st_size
+                # No record is longer than the file, whatever a damaged one says.
+                self._reader = SeekingReader(self._stream, validate_crcs=True, record_size_limit=self._size)
                 self._summary, self._statistics = self._read_summary()
                 self.metadata = self._read_metadata()
                 """Description of the run by the recorder, as text."""
@@ -165,7 +207,7 @@ class Recording:
             names = sorted(channel.topic for channel in self._summary.channels.values())
             return RecordingInfo(
                 path=self.path,
-                size=os.fstat(self._stream.fileno()).st_size,
+                size=self._size,
                 version=self.metadata["version"],
                 scenario=self.metadata["scenario"],
                 description=self.metadata["description"],
@@ -189,6 +231,30 @@ class Recording:
         """Chainage, speed and brake force of every vehicle."""
         return self._joints(self.channels.vehicles.topic)
 
+    def pressure(self) -> PressureSeries:
+        """Brake cylinder pressure of every vehicle; names are those of the vehicles' topic."""
+        with self._border():
+            codec = self._joint_codec(self.channels.vehicles.topic)
+            (pressure,) = self._read([self._pressure_columns(codec)])
+            return PressureSeries(pressure.time_ns, codec.names, *pressure.arrays)
+
+    def samples(self) -> Samples:
+        """Couplers, vehicles and pressure in one go, faster than one by one."""
+        with self._border():
+            return _samples(self._read(self._sample_columns()))
+
+    def blocks(self) -> Iterator[Samples]:
+        """The same piece by piece, for files larger than memory.
+
+        A piece is what lies in one chunk of the file, so its series may differ in length by a sample, or be empty.
+        """
+        with self._border():
+            columns = self._sample_columns()
+            for pieces in self._runs_by_chunk(columns):
+                for column, found in zip(columns, pieces, strict=True):
+                    column.fill(found)
+                yield _samples(columns)
+
     def max_compression(self) -> JointSeries:
         """Largest buff force of every coupler so far, with stroke and time."""
         return self._joints(self.channels.max_compression.topic)
@@ -197,17 +263,19 @@ class Recording:
         """Largest draft force of every coupler so far, with stroke and time; force and stroke negative."""
         return self._joints(self.channels.max_tension.topic)
 
-    def pressure(self) -> PressureSeries:
-        """Brake cylinder pressure of every vehicle; names are those of the vehicles' topic."""
-        topic = self.channels.brake_cylinder_pressure.topic
+    def last_extremes(self) -> tuple[JointSeries, JointSeries] | None:
+        """The newest of `max_compression` and `max_tension`, each a series of one; None if there is none."""
+        topics = (self.channels.max_compression.topic, self.channels.max_tension.topic)
         with self._border():
-            count, names = self._count(topic), self._joint_codec(self.channels.vehicles.topic).names
-            codec = ArrayCodec("vehicle", len(names))
-            time_ns, values = np.empty(count, np.int64), np.empty((count, len(names)))
-            for i, message in enumerate(self._messages(topic)):
-                time_ns[i] = message.log_time
-                values[i] = codec.decode(message.data)
-            return PressureSeries(time_ns, names, values)
+            found = []
+            for topic in topics:
+                newest = next(self._reader.iter_messages(topics=[topic], reverse=True), None)
+                if newest is None:
+                    return None
+                codec = JointStateCodec.of(newest[2].data)
+                arrays = (values[np.newaxis] for values in codec.decode(newest[2].data))
+                found.append(JointSeries(np.array([newest[2].log_time]), codec.names, *arrays))
+            return found[0], found[1]
 
     def scalars(self, topic: str) -> ScalarSeries:
         """A Float64 or Bool topic, by full name or relative to the node: ``slave_1/radio_delay``.
@@ -217,8 +285,7 @@ class Recording:
         RecordingError
             There is no such topic, or it is of another type.
         """
-        if not topic.startswith("/"):
-            topic = f"{self.channels.prefix}/{topic}"
+        topic = self._full_name(topic)
         with self._border():
             msgtype = self._msgtype(topic)
             if msgtype not in _SCALARS:
@@ -245,6 +312,50 @@ class Recording:
                 decode = decode_bool if kind is CommandKind.EMERGENCY else decode_float64
                 commands.append((message.log_time, Command(locomotive, kind, float(decode(message.data)))))
             return tuple(commands)
+
+    def requests(self) -> tuple[TimedCommand | TimedLink, ...]:
+        """All that was asked of the run: commands, and changes of radio links after its start, as they came."""
+        commands = iter(self.commands())
+        command_topics = {c.topic for by_locomotive in self.channels.commands.values() for c in by_locomotive.values()}
+        connected = {channel.topic: slave for slave, channel in self.channels.radio_connected.items()}
+        delays = {channel.topic: slave for slave, channel in self.channels.radio_delay.items()}
+        up: dict[str, bool] = {}
+        begun: set[str] = set()
+        requests: list[TimedCommand | TimedLink] = []
+        with self._border():
+            for _, channel, message in self._reader.iter_messages(topics=[*command_topics, *connected, *delays]):
+                time = message.log_time / NS_PER_S
+                if channel.topic in command_topics:
+                    requests.append(TimedCommand(time, next(commands)[1]))
+                elif slave := connected.get(channel.topic):
+                    up[slave] = decode_bool(message.data)
+                elif (slave := delays[channel.topic]) in begun:
+                    requests.append(TimedLink(time, slave, decode_float64(message.data), up[slave]))
+                else:
+                    begun.add(slave)  # the first tells how the link was when the run began
+            return tuple(requests)
+
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in order of time."""
+        with self._border():
+            entries = [
+                (message.log_time, typestore().deserialize_cdr(message.data, LOG))
+                for message in self._messages(self.channels.events.topic)
+            ]
+            return tuple(
+                Event(time_ns, EventKind(entry.name.removeprefix(LOGGER)), entry.msg)  # type: ignore[attr-defined]
+                for time_ns, entry in entries
+            )
+
+    def sample_messages(self) -> Iterator[Message]:
+        """Couplers, vehicles and brake cylinder pressure as recorded, byte for byte, in order of time."""
+        table = self.channels
+        by_topic = {
+            channel.topic: channel for channel in (table.couplers, table.vehicles, table.brake_cylinder_pressure)
+        }
+        with self._border():
+            for _, channel, message in self._reader.iter_messages(topics=list(by_topic)):
+                yield Message(by_topic[channel.topic], message.log_time, message.data)
 
     def _read_summary(self) -> tuple[Summary, Statistics]:
         profile = self._reader.get_header().profile
@@ -292,14 +403,51 @@ class Recording:
 
     def _joints(self, topic: str) -> JointSeries:
         with self._border():
-            count, codec = self._count(topic), self._joint_codec(topic)
-            shape = (count, len(codec.names))
-            time_ns = np.empty(count, np.int64)
-            position, velocity, effort = np.empty(shape), np.empty(shape), np.empty(shape)
-            for i, message in enumerate(self._messages(topic)):
-                time_ns[i] = message.log_time
-                position[i], velocity[i], effort[i] = codec.decode(message.data)
-            return JointSeries(time_ns, codec.names, position, velocity, effort)
+            codec = self._joint_codec(topic)
+            (column,) = self._read([_Columns(topic, codec)])
+            return JointSeries(column.time_ns, codec.names, *column.arrays)
+
+    def _pressure_columns(self, vehicles: JointStateCodec) -> _Columns:
+        return _Columns(self.channels.brake_cylinder_pressure.topic, ArrayCodec("vehicle", len(vehicles.names)))
+
+    def _sample_columns(self) -> list[_Columns]:
+        couplers, vehicles = self.channels.couplers.topic, self.channels.vehicles.topic
+        codec = self._joint_codec(vehicles)
+        return [
+            _Columns(couplers, self._joint_codec(couplers)),
+            _Columns(vehicles, codec),
+            self._pressure_columns(codec),
+        ]
+
+    def _read(self, columns: list[_Columns]) -> list[_Columns]:
+        """The columns, filled with all messages of their topics."""
+        for column in columns:
+            column.allocate(self._count(column.topic))
+        for pieces in self._runs_by_chunk(columns):
+            for column, found in zip(columns, pieces, strict=True):
+                column.add(found)
+        return columns
+
+    def _runs_by_chunk(self, columns: list[_Columns]) -> Iterator[list[list[Run]]]:
+        """Messages of each column's topic, in order of time; as many as the statistics say, or ValueError."""
+        channels = [self._channel_id(column.topic) for column in columns]
+        read, last_ns = [0] * len(columns), [0] * len(columns)
+        for chunk in load_chunks(self._stream.fileno(), self._summary.chunk_indexes, channels):
+            pieces = []
+            for i, (column, channel) in enumerate(zip(columns, channels, strict=True)):
+                found = list(runs(chunk, channel, column.codec.size)) if channel in chunk.entries else []
+                for time_ns in (run.time_ns for run in found):
+                    if time_ns[0] < last_ns[i] or (np.diff(time_ns) < 0).any():
+                        raise ValueError(f"{column.topic}: messages are not in order of time")
+                    read[i], last_ns[i] = read[i] + len(time_ns), int(time_ns[-1])
+                pieces.append(found)
+            yield pieces
+        for column, count in zip(columns, read, strict=True):
+            if count != self._count(column.topic):
+                raise ValueError(f"{column.topic}: {count} messages, expected {self._count(column.topic)}")
+
+    def _full_name(self, topic: str) -> str:
+        return topic if topic.startswith("/") else f"{self.channels.prefix}/{topic}"
 
     @contextmanager
     def _border(self) -> Iterator[None]:
@@ -314,13 +462,24 @@ class Recording:
             raise RecordingError(f"{self.path}: damaged recording: {type(err).__name__}: {err}") from err
 
 
+def _samples(columns: list[_Columns]) -> Samples:
+    couplers, vehicles, pressure = columns
+    assert isinstance(couplers.codec, JointStateCodec)
+    assert isinstance(vehicles.codec, JointStateCodec)
+    return Samples(
+        JointSeries(couplers.time_ns, couplers.codec.names, *couplers.arrays),
+        JointSeries(vehicles.time_ns, vehicles.codec.names, *vehicles.arrays),
+        PressureSeries(pressure.time_ns, vehicles.codec.names, *pressure.arrays),
+    )
+
+
 def _open(path: Path) -> BinaryIO:
     """Open a file that begins and ends as MCAP files do, or say what is wrong with it."""
     active = path.with_name(path.name + ACTIVE_SUFFIX)
     try:
         stream = path.open("rb")
     except FileNotFoundError:
-        hint = f"; an unfinished recording {active.name} lies there" if active.exists() else ""
+        hint = f"; an unfinished recording {active.name} lies there, {recovery_hint(active)}" if active.exists() else ""
         raise RecordingError(f"{path}: no such file{hint}") from None
     except OSError as err:
         raise RecordingError(f"{path}: cannot be read: {err.strerror}") from err
@@ -338,5 +497,5 @@ def _open(path: Path) -> BinaryIO:
     if head != MCAP0_MAGIC:
         raise RecordingError(f"{path}: {'not an MCAP file' if head else 'empty'}, expected a recording of haul_ros")
     if path.suffix == ACTIVE_SUFFIX:
-        raise RecordingError(f"{path}: unfinished: its recorder still writes or was killed")
-    raise RecordingError(f"{path}: unfinished or cut off: does not end as an MCAP file does")
+        raise RecordingError(f"{path}: unfinished: its recorder still writes or was killed; {recovery_hint(path)}")
+    raise RecordingError(f"{path}: unfinished or cut off: does not end as an MCAP file does; {recovery_hint(path)}")

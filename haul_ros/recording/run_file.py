@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -28,8 +28,8 @@ RECORD_NAME = "haul_ros"
 SCENARIO_NAME = "scenario.yaml"
 
 _COMPRESSION = {"zstd": CompressionType.ZSTD, "lz4": CompressionType.LZ4, "none": CompressionType.NONE}
-_CHUNK_SIZE = 256 * 1024
-"""Bytes before compression: large enough to compress well, small enough to be written in a few milliseconds."""
+CHUNK_SIZE = 1024 * 1024
+"""Bytes before compression: large enough to be read fast, small enough to be written in a few milliseconds."""
 
 
 def package_version() -> str:
@@ -40,42 +40,63 @@ def package_version() -> str:
         return "unknown"
 
 
+def recovery_hint(path: Path) -> str:
+    """The command that makes a whole file of an unfinished or damaged one."""
+    target = path.with_suffix("") if path.suffix == ACTIVE_SUFFIX else path.with_stem(f"{path.stem}_recovered")
+    return f"to recover it: haul recover {path} -o {target}"
+
+
+def description_of(scenario: Scenario, channels: ChannelTable, compression: str) -> dict[str, str]:
+    """What a recording says of its run."""
+    return {
+        "version": package_version(),
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "time_step": repr(scenario.time_step),
+        "couplers": str(len(scenario.consist.coupler_names)),
+        "vehicles": str(len(scenario.consist.vehicles)),
+        "locomotives": json.dumps([locomotive.name for locomotive in scenario.consist.locomotives]),
+        "topic_prefix": channels.prefix,
+        "sign_convention": "compression positive",
+        "compression": compression,
+    }
+
+
 class RunFile:
-    """The file ``path`` of one run, written as ``path.active`` until it is finished. Not thread-safe.
+    """The file ``path`` of one run, written under another name until it is finished. Not thread-safe.
+
+    ``description`` is that of `description_of`, ``document`` the scenario's, ``suffix`` is added to the name meanwhile.
 
     Everything that explains the file (description of the run, scenario) is on disk before the first message.
 
     Raises
     ------
     RecordingError
-        Unknown compression, ``path`` or ``path.active`` exists already, or the file cannot be created.
+        Unknown compression, ``path`` or the other name exists already, or the file cannot be created.
     """
 
-    def __init__(self, path: Path, scenario: Scenario, channels: ChannelTable, compression: str) -> None:
+    def __init__(
+        self,
+        path: Path,
+        description: Mapping[str, str],
+        document: str,
+        channels: ChannelTable,
+        suffix: str = ACTIVE_SUFFIX,
+    ) -> None:
+        compression = description["compression"]
         if compression not in _COMPRESSION:
             raise RecordingError(f"compression {compression!r}: expected {', '.join(_COMPRESSION)}")
         self.path = path
-        self.active = path.with_name(path.name + ACTIVE_SUFFIX)
+        self.active = path.with_name(path.name + suffix)
         self._channels = channels
-        self._description = {
-            "version": package_version(),
-            "scenario": scenario.name,
-            "description": scenario.description,
-            "time_step": repr(scenario.time_step),
-            "couplers": str(len(scenario.consist.coupler_names)),
-            "vehicles": str(len(scenario.consist.vehicles)),
-            "locomotives": json.dumps([locomotive.name for locomotive in scenario.consist.locomotives]),
-            "topic_prefix": channels.prefix,
-            "sign_convention": "compression positive",
-            "compression": compression,
-        }
+        self._description = dict(description)
         self._ids: dict[str, int] = {}
         self._counts: Counter[str] = Counter()
         self._start_ns = self._end_ns = 0
         self._stream = _create(path, self.active)
         try:
-            self._writer = Writer(self._stream, chunk_size=_CHUNK_SIZE, compression=_COMPRESSION[compression])
-            self._begin(scenario.document)
+            self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=_COMPRESSION[compression])
+            self._begin(document)
         except BaseException as err:
             self.abandon()
             self.active.unlink()
@@ -134,17 +155,20 @@ class RunFile:
         """Hand everything so far to the operating system: it survives the end of this process."""
         self._writer.flush()
 
-    def finish(self, dropped: int) -> int:
+    def finish(self, dropped: int | None) -> int:
         """Complete the file, note how many messages were dropped, give it its name; returns its size in bytes.
+
+        ``dropped`` None: not known.
 
         Raises
         ------
         RecordingError
             A file of that name has come into being meanwhile; the recording keeps its ``.active`` name.
         """
-        written = str(sum(self._counts.values()))
         self._writer.flush()
-        counts = {"messages_written": written, "messages_dropped": str(dropped)}
+        counts = {"messages_written": str(sum(self._counts.values()))}
+        if dropped is not None:
+            counts["messages_dropped"] = str(dropped)
         self._add_records(self._channels, self._description | counts)
         self._writer.finish()
         self._stream.flush()

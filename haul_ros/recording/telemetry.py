@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
-from haul_ros.model.sample import CouplerExtremes, Sample
-from haul_ros.recording.channels import DEFAULT_PREFIX, DIAGNOSTICS, Channel, channel_table
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
+from haul_ros.recording.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
 from haul_ros.recording.encoding import (
     ArrayCodec,
     JointStateCodec,
@@ -20,6 +21,22 @@ from haul_ros.recording.encoding import (
     serialize,
 )
 from haul_ros.units import NS_PER_S
+
+LOGGER = "haul."
+"""Stands before the kind of an event in the name of its logger."""
+
+_COUPLER_QUANTITIES = ("stroke [m]", "stroke rate [m/s]", "force [N]")
+_VEHICLE_QUANTITIES = ("chainage [m]", "speed [m/s]", "brake force [N]")
+
+_INFO, _WARN = 20, 30
+_LEVELS = {
+    EventKind.EMERGENCY: _WARN,
+    EventKind.WAVE: _INFO,
+    EventKind.BOTTOMED: _WARN,
+    EventKind.SLACK: _INFO,
+    EventKind.STOPPED: _INFO,
+    EventKind.RADIO: _WARN,
+}
 
 
 class Message(NamedTuple):
@@ -67,6 +84,20 @@ class TelemetryEncoder:
             Message(channels.brake_cylinder_pressure, time_ns, self._pressure.encode(sample.cylinder_pressure)),
         )
 
+    def decode_sample(self, message: Message) -> dict[str, FloatArray]:
+        """The arrays of a message of `sample` by quantity.
+
+        Raises
+        ------
+        ValueError
+            It is not of this train.
+        """
+        if message.channel == self.channels.brake_cylinder_pressure:
+            return {"pressure [Pa]": self._pressure.decode(message.data)}
+        of_couplers = message.channel == self.channels.couplers
+        arrays = (self._couplers if of_couplers else self._vehicles).decode(message.data)
+        return dict(zip(_COUPLER_QUANTITIES if of_couplers else _VEHICLE_QUANTITIES, arrays, strict=True))
+
     def extremes(self, time_ns: int, extremes: CouplerExtremes) -> tuple[Message, Message]:
         """Largest compression and largest tension of each coupler so far.
 
@@ -106,6 +137,13 @@ class TelemetryEncoder:
         if command.kind is CommandKind.EMERGENCY:
             return Message(channel, time_ns, encode_bool(command.value != 0.0))
         return Message(channel, time_ns, encode_float64(command.value))
+
+    def event(self, event: Event) -> Message:
+        """An event as an entry of a log, its kind in the name of the logger: ``haul.emergency``."""
+        stamp = new_message("builtin_interfaces/msg/Time", *divmod(event.time_ns, NS_PER_S))
+        name = f"{LOGGER}{event.kind.value}"
+        entry = new_message(LOG, stamp, _LEVELS[event.kind], name, event.text, "", "", 0)
+        return Message(self.channels.events, event.time_ns, serialize(entry, LOG))
 
     def diagnostics(self, time_ns: int, statuses: Iterable[DiagnosticStatus]) -> Message:
         """State of the program, for ``/diagnostics``."""

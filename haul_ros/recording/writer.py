@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 from haul_ros.errors import RecordingError
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.channels import ChannelTable
-from haul_ros.recording.run_file import RunFile
+from haul_ros.recording.run_file import RunFile, description_of, recovery_hint
 from haul_ros.recording.telemetry import Message
 
 FLUSH_INTERVAL = 1.0
@@ -66,7 +66,8 @@ class McapRecorder:
         when_full: Literal["drop", "block"] = "drop",
         queue_limit: int = 500,
     ) -> None:
-        self._file = RunFile(Path(path), scenario, channels, compression)
+        description = description_of(scenario, channels, compression)
+        self._file = RunFile(Path(path), description, scenario.document, channels)
         self._block = when_full == "block"
         self._queue: queue.Queue[_Batch | None] = queue.Queue(queue_limit)
         self._sequences: Counter[str] = Counter()
@@ -196,7 +197,8 @@ class McapRecorder:
 
     def _fail(self, err: Exception) -> None:
         reason = (err.strerror if isinstance(err, OSError) else None) or f"{type(err).__name__}: {err}"
-        self._failure = f"{self.path}: recording failed: {reason}; what was written is in {self._file.active}"
+        self._failure = f"{self.path}: recording failed: {reason}; what was written is in {self._file.active}, "
+        self._failure += recovery_hint(self._file.active)
         self._written -= self._unflushed
         self._dropped_failed += self._unflushed
         self._unflushed = 0

@@ -15,6 +15,7 @@ from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.diagnostics import RunReport, statuses
 from haul_ros.ros.timing import LoopTiming
+from haul_ros.simulation.events import EventWatch
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S
 
@@ -44,6 +45,7 @@ class TrainRun:
         publish_clock: bool = False,
     ) -> None:
         self._session = session
+        self._watch = EventWatch(session)
         self._encoder = encoder
         self._publish = publish
         self._recorder = recorder
@@ -65,8 +67,7 @@ class TrainRun:
 
     def tell_start(self) -> None:
         """Publish the state before the first step, that of the radio links included."""
-        for slave in self._session.scenario.radio:
-            self._tell_radio(slave)
+        self._tell_requests()
         self._tell_sample(self._session.sample())
 
     def advance(self) -> int:
@@ -91,7 +92,7 @@ class TrainRun:
             self._rejected += 1
             raise
         self._accepted += 1
-        self._tell_commands()
+        self._tell_requests()
 
     def set_radio(self, slave: str, delay: float | None = None, connected: bool | None = None) -> None:
         """Change what is given of the link to a slave, for the commands from now on; delay in [s]."""
@@ -101,7 +102,7 @@ class TrainRun:
         if connected is not None:
             link = replace(link, connected=connected)
         self._session.set_radio_link(slave, link)
-        self._tell_radio(slave)
+        self._tell_requests()
 
     def report(self, timing: LoopTiming, *, paused: bool) -> None:
         """Publish the real-time factor and the diagnostics."""
@@ -140,7 +141,9 @@ class TrainRun:
     def _tell_sample(self, sample: Sample) -> None:
         if self._publish_clock:
             self._publish([Message(CLOCK_CHANNEL, sample.time_ns, encode_clock(sample.time_ns))])
-        self._tell_commands()
+        self._tell_requests()
+        if events := self._watch.look(sample):
+            self._tell([self._encoder.event(event) for event in events])
         self._tell(self._encoder.sample(sample))
         if sample.time_ns >= self._extremes_due_ns:
             self._tell_extremes()
@@ -150,16 +153,15 @@ class TrainRun:
         self._tell(self._encoder.extremes(self.time_ns, self._session.extremes()))
         self._extremes_told_ns = self.time_ns
 
-    def _tell_commands(self) -> None:
-        """Record what was commanded, the scenario's own commands included, and publish what it led to."""
+    def _tell_requests(self) -> None:
+        """Record what was commanded, the scenario's own commands included; publish what it led to, and the links."""
         if taken := self._session.take_commands():
             self._record([self._encoder.command(t.time_ns, t.command) for t in taken])
         if applied := self._session.take_applied_brakes():
             self._tell([self._encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in applied])
-
-    def _tell_radio(self, slave: str) -> None:
-        link = self._session.radio_link(slave)
-        self._tell(self._encoder.radio(self.time_ns, slave, link.connected, link.delay))
+        for taken_link in self._session.take_links():
+            link = taken_link.link
+            self._tell(self._encoder.radio(taken_link.time_ns, taken_link.slave, link.connected, link.delay))
 
     def _tell(self, messages: Sequence[Message]) -> None:
         self._publish(messages)

@@ -45,15 +45,15 @@ def load_scenario(name_or_path: str | Path, overrides: Mapping[str, object] | No
     return _build(document, path.stem, overrides or {})
 
 
-def load_scenario_text(text: str, name: str) -> Scenario:
-    """Load a scenario from YAML text, such as ``Scenario.document`` of a recording.
+def load_scenario_text(text: str, name: str, overrides: Mapping[str, object] | None = None) -> Scenario:
+    """Load a scenario from YAML text, such as ``Scenario.document`` of a recording; ``overrides`` as above.
 
     Raises
     ------
     ScenarioError
         As for `load_scenario`; the name stands for the file.
     """
-    return _build(parse_yaml(text, name), name, {})
+    return _build(parse_yaml(text, name), name, overrides or {})
 
 
 def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Scenario:

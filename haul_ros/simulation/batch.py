@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from haul_ros.errors import HaulError
+from haul_ros.model.event import Event
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
-from haul_ros.simulation.session import AppliedBrake, Session, TakenCommand
+from haul_ros.simulation.events import EventWatch
+from haul_ros.simulation.session import AppliedBrake, Session, TakenCommand, TakenLink
 from haul_ros.units import NS_PER_S
 
 EXTREMES_PERIOD_NS = NS_PER_S
@@ -23,12 +25,15 @@ class RunError(HaulError):
 class Period:
     """The state at the end of a sample period, and what happened in it.
 
-    ``extremes`` are there once in `EXTREMES_PERIOD_NS`, at the start and at the end of the run.
+    ``links`` are all of them in the first period, then those that changed; ``extremes`` are there
+    once in `EXTREMES_PERIOD_NS`, at the start and at the end of the run.
     """
 
     sample: Sample
     commands: tuple[TakenCommand, ...]
+    links: tuple[TakenLink, ...]
     applied_brakes: tuple[AppliedBrake, ...]
+    events: tuple[Event, ...]
     extremes: CouplerExtremes | None
 
 
@@ -42,6 +47,7 @@ def periods(session: Session, stop: Callable[[], bool] = lambda: False) -> Itera
     RunError
         A command of the scenario cannot be carried out at its time.
     """
+    watch = EventWatch(session)
     sample = session.sample()
     extremes_due_ns = sample.time_ns
     while True:
@@ -52,7 +58,9 @@ def periods(session: Session, stop: Callable[[], bool] = lambda: False) -> Itera
         yield Period(
             sample=sample,
             commands=tuple(session.take_commands()),
+            links=tuple(session.take_links()),
             applied_brakes=tuple(session.take_applied_brakes()),
+            events=watch.look(sample),
             extremes=session.extremes() if due or last else None,
         )
         if last:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import dataclass, field
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 from haul_ros.errors import CommandError
-from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.command import Command, CommandKind, TimedCommand
 from haul_ros.model.consist import MASTER, Consist
-from haul_ros.model.radio import RadioLink
-from haul_ros.model.sample import CouplerExtremes, Sample
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.radio import RadioLink, TimedLink
+from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import TrainModel, WaveKind
@@ -33,10 +36,21 @@ class AppliedBrake:
 
 @dataclass(frozen=True, slots=True)
 class TakenCommand:
-    """A command that was carried out, and when."""
+    """A command that was carried out, and when; ``order`` counts commands and links together as they came."""
 
     time_ns: int
     command: Command
+    order: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class TakenLink:
+    """The link to a slave as it is from a time on; ``order`` as for commands."""
+
+    time_ns: int
+    slave: str
+    link: RadioLink
+    order: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +102,13 @@ class Session:
         What to run.
     play_commands
         Give the scenario's own timed commands, each at the first time step not before its time.
+    requests
+        Commands and changes of radio links to carry out in the same way, such as recorded ones.
     """
 
-    def __init__(self, scenario: Scenario, *, play_commands: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, *, play_commands: bool = False, requests: Iterable[TimedCommand | TimedLink] = ()
+    ) -> None:
         self.scenario = scenario
         self.steps_per_sample = round(1.0 / (scenario.sample_rate * scenario.time_step))
         self._model = TrainModel(
@@ -106,8 +124,11 @@ class Session:
         self._arrivals: list[_Arrival] = []
         self._applied = [AppliedBrake(0, name, 0.0) for name in self._brakes]
         self._taken: list[TakenCommand] = []
-        timed = scenario.commands if play_commands else ()
-        self._timed = sorted(timed, key=lambda entry: entry.time)[::-1]
+        self._requested = itertools.count(1)
+        self._links = [TakenLink(0, slave, link) for slave, link in scenario.radio.items()]
+        self._events: list[Event] = []
+        timed = [*(scenario.commands if play_commands else ()), *requests]
+        self._timed = deque(sorted(timed, key=lambda entry: entry.time))
 
     # -- state ----------------------------------------------------------------------------------
 
@@ -167,6 +188,14 @@ class Session:
         """Energy balance since the start."""
         return energy_balance(self._model)
 
+    def brake_targets(self) -> FloatArray:
+        """What the brake pipe last told each vehicle to reach (n_vehicles,), fractions of emergency pressure."""
+        return self._model.brake_targets
+
+    def bottomed_times(self) -> FloatArray:
+        """When the draft gear of each coupler first closed fully (n_couplers,) [s]; NaN: never."""
+        return self._model.bottomed_times
+
     def status(self) -> SessionStatus:
         """How the steps went, and the state of the radio links."""
         steps = self._model.statistics()
@@ -190,6 +219,16 @@ class Session:
         taken, self._taken = self._taken, []
         return taken
 
+    def take_links(self) -> list[TakenLink]:
+        """Radio links as changed since the last call; all of them at the start."""
+        links, self._links = self._links, []
+        return links
+
+    def take_events(self) -> list[Event]:
+        """Emergencies, lost telegrams and links that went down or up since the last call, exact in time."""
+        events, self._events = self._events, []
+        return events
+
     # -- radio ----------------------------------------------------------------------------------
 
     def radio_link(self, slave: str) -> RadioLink:
@@ -198,7 +237,10 @@ class Session:
 
     def set_radio_link(self, slave: str, link: RadioLink) -> None:
         """Change a radio link; the next command goes over the new one."""
+        if link.connected != self._radio.link(slave).connected:
+            self._happened(self.time, EventKind.RADIO, f"{slave}: radio link {'up' if link.connected else 'down'}")
         self._radio.set_link(slave, link)
+        self._links.append(TakenLink(self.time_ns, slave, link, next(self._requested)))
 
     # -- commands -------------------------------------------------------------------------------
 
@@ -212,7 +254,7 @@ class Session:
             end of an emergency while the train moves. Nothing has changed then.
         """
         self._check(command)
-        self._taken.append(TakenCommand(self.time_ns, command))
+        self._taken.append(TakenCommand(self.time_ns, command, next(self._requested)))
         if command.locomotive == MASTER:
             self._arrive(self.time, command)
             slaves = [name for name in self._brakes if name != MASTER]
@@ -220,7 +262,10 @@ class Session:
             slaves = [command.locomotive]
         for slave in slaves:
             arrival = self._radio.send(slave, self.time)
-            if arrival is not None:
+            if arrival is None:
+                told = f"telegram lost: {command.kind.value} {command.value:g}"
+                self._happened(self.time, EventKind.RADIO, f"{slave}: {told}")
+            else:
                 self._schedule(arrival, Command(slave, command.kind, command.value))
 
     def _check(self, command: Command) -> None:
@@ -281,12 +326,14 @@ class Session:
         self._model.set_traction(brake.vehicle, 0.0)
         self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
         self._note(time, name, brake, 1.0)
+        self._happened(time, EventKind.EMERGENCY, f"{name}: emergency latched")
 
     def _end_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
         if not brake.emergency or not self.at_standstill:
             return
         brake.emergency = False
         self._note(time, name, brake, 0.0)
+        self._happened(time, EventKind.EMERGENCY, f"{name}: emergency ended")
         # A brake pipe that is vented anywhere cannot be charged.
         if not any(other.emergency for other in self._brakes.values()):
             self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
@@ -295,6 +342,9 @@ class Session:
         if demand != brake.demand:
             brake.demand = demand
             self._applied.append(AppliedBrake(seconds_to_ns(time), name, demand))
+
+    def _happened(self, time: float, kind: EventKind, text: str) -> None:
+        self._events.append(Event(seconds_to_ns(time), kind, text))
 
     # -- running --------------------------------------------------------------------------------
 
@@ -310,14 +360,21 @@ class Session:
         return self.sample()
 
     def _timed_step(self) -> int:
-        return max(0, math.ceil(self._timed[-1].time / self.scenario.time_step - _ROUNDING))
+        return max(0, math.ceil(self._timed[0].time / self.scenario.time_step - _ROUNDING))
 
     def _take_due(self) -> None:
         while self._timed and self._timed_step() <= self.step:
-            self.command(self._timed.pop().command)
+            self._carry_out(self._timed.popleft())
         while self._arrivals and self._arrivals[0].step <= self.step:
             arrival = heapq.heappop(self._arrivals)
             self._arrive(max(arrival.time, self.time), arrival.command)
+
+    def _carry_out(self, request: TimedCommand | TimedLink) -> None:
+        if isinstance(request, TimedCommand):
+            self.command(request.command)
+        else:
+            link = self.radio_link(request.slave)
+            self.set_radio_link(request.slave, replace(link, delay=request.delay, connected=request.connected))
 
     def _next_due_step(self) -> int:
         due = [self._timed_step()] if self._timed else []

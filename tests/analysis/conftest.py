@@ -15,21 +15,6 @@ from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.batch import periods
 from haul_ros.simulation.session import Session
 
-SHORT_TRAIN = """\
-description: short train, emergency from 20 km/h
-consist:
-  - {vehicle: SS4, role: master}
-  - {vehicle: C80, count: 20}
-  - {vehicle: SS4, role: slave}
-coupler: paper_set_b
-brakes: paper_set_b
-initial_speed_kmh: 20
-max_duration_s: 60
-radio: {default: {delay_s: 1.0}}
-commands:
-  - {at_s: 0.5, locomotive: master, emergency: true}
-"""
-
 
 @dataclass(frozen=True)
 class RecordedRun:
@@ -40,8 +25,8 @@ class RecordedRun:
 
 
 @pytest.fixture(scope="session")
-def scenario() -> Scenario:
-    return load_scenario_text(SHORT_TRAIN, "short_train")
+def scenario(short_train: str) -> Scenario:
+    return load_scenario_text(short_train, "short_train")
 
 
 @pytest.fixture(scope="session")

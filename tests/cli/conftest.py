@@ -10,21 +10,6 @@ import pytest
 
 from haul_ros.cli.main import main
 
-SHORT_TRAIN = """\
-description: short train, emergency from 20 km/h
-consist:
-  - {vehicle: SS4, role: master}
-  - {vehicle: C80, count: 20}
-  - {vehicle: SS4, role: slave}
-coupler: paper_set_b
-brakes: paper_set_b
-initial_speed_kmh: 20
-max_duration_s: 60
-radio: {default: {delay_s: 1.0}}
-commands:
-  - {at_s: 0.5, locomotive: master, emergency: true}
-"""
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -39,9 +24,9 @@ Haul = Callable[..., Outcome]
 
 
 @pytest.fixture
-def haul(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Haul:
+def haul(short_train: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Haul:
     """Runs ``haul`` with arguments in a folder that holds ``short.yaml``."""
-    (tmp_path / "short.yaml").write_text(SHORT_TRAIN, "utf-8")
+    (tmp_path / "short.yaml").write_text(short_train, "utf-8")
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments: str) -> Outcome:

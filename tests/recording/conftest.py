@@ -16,6 +16,7 @@ from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.model.track import Track
 from haul_ros.model.vehicle import RunningResistance, ShoeFriction, VehicleType
+from haul_ros.recording import run_file
 from haul_ros.recording.telemetry import TelemetryEncoder
 
 DOCUMENT = "name: short train\ndescription: 'größer als nichts'\n"
@@ -88,6 +89,12 @@ def extremes() -> CouplerExtremes:
         tension_stroke=np.array([0.003, 0.002, 0.001, 0.0]),
         bottomed_time=np.full(4, np.nan),
     )
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks that the few messages of a test fill several of."""
+    monkeypatch.setattr(run_file, "CHUNK_SIZE", 100_000)
 
 
 @pytest.fixture

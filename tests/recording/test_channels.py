@@ -12,7 +12,8 @@ TABLE = channel_table(["master", "slave_1", "slave_2"])
 def test_every_topic_of_the_contract_is_there_once() -> None:
     topics = [channel.topic for channel in TABLE]
     assert len(set(topics)) == len(topics)
-    private = ["couplers", "vehicles", "brake_cylinder_pressure", "max_compression", "max_tension", "real_time_factor"]
+    private = ["couplers", "vehicles", "brake_cylinder_pressure", "events"]
+    private += ["max_compression", "max_tension", "real_time_factor"]
     for locomotive in ("master", "slave_1", "slave_2"):
         names = ("applied_brake", "brake_command", "emergency_brake", "traction_command")
         private += [f"{locomotive}/{name}" for name in names]

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from mcap.writer import Writer
 from haul_ros.errors import RecordingError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
+from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording, TopicInfo
@@ -34,7 +36,12 @@ def samples(make_sample: Callable[[int], Sample]) -> list[Sample]:
 
 @pytest.fixture
 def run(
-    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample], extremes: CouplerExtremes
+    small_chunks: None,
+    tmp_path: Path,
+    scenario: Scenario,
+    encoder: TelemetryEncoder,
+    samples: list[Sample],
+    extremes: CouplerExtremes,
 ) -> Path:
     """A run of 400 samples in several chunks, with commands, extremes and the state of the radio."""
     path = tmp_path / "run.mcap"
@@ -66,6 +73,75 @@ def test_samples_are_read_as_they_were(run: Path, consist: Consist, samples: lis
     np.testing.assert_array_equal(vehicles.velocity, stacked(samples, "speed"))
     np.testing.assert_array_equal(vehicles.effort, stacked(samples, "brake_force"))
     np.testing.assert_array_equal(pressure.pressure, stacked(samples, "cylinder_pressure"))
+
+
+def test_all_samples_in_one_go_are_the_same_as_one_by_one(run: Path) -> None:
+    with Recording(run) as recording:
+        together = recording.samples()
+        for series, alone in zip(
+            together, (recording.couplers(), recording.vehicles(), recording.pressure()), strict=True
+        ):
+            assert series.names == alone.names
+            for field in fields(series):
+                np.testing.assert_array_equal(getattr(series, field.name), getattr(alone, field.name))
+
+
+def test_pieces_are_of_bounded_size_and_give_the_whole(run: Path) -> None:
+    with Recording(run) as recording:
+        whole, blocks = recording.samples(), list(recording.blocks())
+    assert len(blocks) > 2
+    assert max(len(block.couplers.time_ns) for block in blocks) < len(whole.couplers.time_ns) / 2
+    for number, series in enumerate(whole):
+        pieces = [block[number] for block in blocks]
+        for field in fields(series):
+            if field.name != "names":
+                joined = np.concatenate([getattr(piece, field.name) for piece in pieces])
+                np.testing.assert_array_equal(joined, getattr(series, field.name))
+
+
+def test_pieces_are_not_changed_by_the_next(run: Path) -> None:
+    with Recording(run) as recording:
+        blocks = recording.blocks()
+        first = next(blocks)
+        kept = first.couplers.effort.copy()
+        next(blocks)
+        np.testing.assert_array_equal(first.couplers.effort, kept)
+
+
+@pytest.mark.parametrize("shift", [0, 1, 3])
+def test_messages_at_uneven_distances_are_read_the_same(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample], shift: int
+) -> None:
+    random = np.random.default_rng(shift)
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, when_full="block") as recorder:
+        for sample in samples:
+            for _ in range(int(random.integers(0, 2 + shift))):
+                recorder.put([encoder.real_time_factor(sample.time_ns, 1.0)], 0)
+            recorder.put(encoder.sample(sample), 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        np.testing.assert_array_equal(recording.couplers().effort, stacked(samples, "coupler_force"))
+        np.testing.assert_array_equal(recording.pressure().pressure, stacked(samples, "cylinder_pressure"))
+
+
+def test_messages_that_are_not_in_order_of_time_are_told(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample]
+) -> None:
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        recorder.put(encoder.sample(samples[1]), 0)
+        recorder.put(encoder.sample(samples[0]), 0)
+    with (
+        Recording(tmp_path / "run.mcap") as recording,
+        pytest.raises(RecordingError, match=r"run\.mcap: damaged recording: .* not in order of time"),
+    ):
+        recording.couplers()
+
+
+def test_events_are_read_as_they_were(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    events = (Event(5, EventKind.EMERGENCY, "master: emergency latched"), Event(7, EventKind.RADIO, "größer"))
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        recorder.put([encoder.event(event) for event in events], 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        assert recording.events() == events
 
 
 def test_commands_are_read_in_the_order_in_which_they_came(run: Path) -> None:

@@ -9,12 +9,13 @@ import pytest
 from haul_ros.errors import RecordingError
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.run_file import RunFile
+from haul_ros.recording.run_file import RunFile, description_of
 from haul_ros.recording.telemetry import TelemetryEncoder
 
 
 def open_file(path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str = "zstd") -> RunFile:
-    return RunFile(path, scenario, encoder.channels, compression)
+    description = description_of(scenario, encoder.channels, compression)
+    return RunFile(path, description, scenario.document, encoder.channels)
 
 
 def test_a_finished_file_has_its_name_and_no_other_file_is_left(

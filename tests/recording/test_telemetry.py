@@ -9,6 +9,7 @@ import pytest
 
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
+from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.recording.encoding import typestore
 from haul_ros.recording.telemetry import DiagnosticStatus, Message, TelemetryEncoder
@@ -87,6 +88,25 @@ def test_state_of_brake_and_radio_is_told_per_locomotive(encoder: TelemetryEncod
         ("/haul/slave_1/radio_delay", 2, 2.5),
         ("/haul/real_time_factor", 3, 1.01),
     ]
+
+
+EVENT = Event(1_500_000_001, EventKind.RADIO, "slave_1: telegram lost: brake 0.5")
+
+
+def test_an_event_is_an_entry_of_a_log(encoder: TelemetryEncoder) -> None:
+    message = encoder.event(EVENT)
+    entry = decoded(message)
+    assert (message.channel.topic, message.time_ns) == ("/haul/events", EVENT.time_ns)
+    assert (entry.stamp.sec, entry.stamp.nanosec) == (1, 500_000_001)
+    assert (entry.level, entry.name, entry.msg) == (entry.WARN, "haul.radio", EVENT.text)
+    assert decoded(encoder.event(replace(EVENT, kind=EventKind.STOPPED))).level == entry.INFO
+
+
+def test_an_event_is_read_by_rclpy(encoder: TelemetryEncoder) -> None:
+    serialization = pytest.importorskip("rclpy.serialization")
+    log = pytest.importorskip("rcl_interfaces.msg").Log(level=30, name="haul.radio", msg=EVENT.text)
+    log.stamp.sec, log.stamp.nanosec = 1, 500_000_001
+    assert serialization.deserialize_message(encoder.event(EVENT).data, type(log)) == log
 
 
 def test_the_master_has_no_radio_link_to_itself(encoder: TelemetryEncoder) -> None:

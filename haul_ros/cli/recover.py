@@ -1,0 +1,32 @@
+"""``haul recover``: an unfinished or damaged recording made whole."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+
+from haul_ros.cli.layout import file_size, rows
+from haul_ros.recording.recovery import Recovery, recover
+from haul_ros.units import NS_PER_S
+
+
+def recover_file(arguments: argparse.Namespace) -> int:
+    """Recover a recording into a new file and say what was recovered and what was lost."""
+    result = recover(arguments.file, arguments.output)
+    if arguments.json:
+        print(json.dumps({"recording": str(arguments.output), **asdict(result)}, indent=2))
+    else:
+        size = file_size(arguments.output.stat().st_size)
+        print(f"{arguments.output}: {size}, recovered from {arguments.file}, which is left as it is")
+        print("\n".join(rows([("recovered", _recovered(result)), ("lost", _lost(result))])))
+    return 0
+
+
+def _recovered(result: Recovery) -> str:
+    return f"{result.messages} messages up to {result.end_ns / NS_PER_S:.3f} s of simulation"
+
+
+def _lost(result: Recovery) -> str:
+    tail = f"the last {result.bytes_lost} bytes: {result.damage}" if result.damage else "nothing of the file"
+    return f"{tail}; {result.missing} messages were dropped while recording" if result.missing else tail

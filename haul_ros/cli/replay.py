@@ -1,0 +1,84 @@
+"""``haul replay``: a recorded run once more, to compare bit for bit or with something changed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+
+from haul_ros.analysis.replay import Comparison, replay_and_compare, session_with_changes
+from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
+from haul_ros.cli.interrupt import interruption
+from haul_ros.cli.progress import progress
+from haul_ros.cli.run import new_recorder, simulate, tell_compilation
+from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
+from haul_ros.errors import HaulError
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.telemetry import TelemetryEncoder
+from haul_ros.scenario import parse_override
+from haul_ros.units import NS_PER_S
+
+
+class ReplayError(HaulError):
+    """A replay that is not told whole."""
+
+
+def replay(arguments: argparse.Namespace) -> int:
+    """Compare, or run again with changes; the exit status is 1 if the replay differs."""
+    if arguments.overrides and arguments.output is None:
+        raise ReplayError("--set changes the run: expected -o NEW.mcap, the file to record it to")
+    with Recording(arguments.file) as recording:
+        tell_compilation()
+        return _compare(arguments, recording) if arguments.output is None else _run_again(arguments, recording)
+
+
+def _compare(arguments: argparse.Namespace, recording: Recording) -> int:
+    with progress(recorded_scenario(recording), quiet=arguments.json) as bar:
+        found = replay_and_compare(recording, bar.show)
+    if arguments.json:
+        print(json.dumps({"identical": found.first is None, **asdict(found)}, indent=2))
+    else:
+        print("\n".join(_lines(found)))
+    if found.dropped != 0:
+        print(f"haul: warning: {_incomplete(found.dropped)}: a replay may differ", file=sys.stderr)
+    return 0 if found.first is None else 1
+
+
+def _lines(found: Comparison) -> list[str]:
+    if found.first is None:
+        return [f"identical: {found.messages} messages of couplers, vehicles and cylinder pressure, bit for bit"]
+    first = found.first
+    values = f"{first.quantity}: recorded {first.recorded!r}, replayed {first.replayed!r}"
+    return [
+        f"different: {found.differing} of {found.messages} messages",
+        f"first at {first.time_ns / NS_PER_S:.3f} s in {first.topic}: {first.name} {values}",
+    ]
+
+
+def _incomplete(dropped: int | None) -> str:
+    return "the recorder did not end" if dropped is None else f"{dropped} messages were dropped while recording"
+
+
+def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
+    session = session_with_changes(recording, dict(map(parse_override, arguments.overrides)))
+    recorded = summarize_recording(recording, recorded_scenario(recording))
+    encoder = TelemetryEncoder(session.consist)
+    with interruption() as interrupted:
+        recorder = new_recorder(arguments.output, session.scenario, encoder, recording.metadata["compression"])
+        assert recorder is not None
+        with recorder, progress(session.scenario, quiet=arguments.json) as bar:
+            again = simulate(session, encoder, recorder, bar.show, interrupted)
+        _tell(arguments, recorded, again)
+        return 130 if interrupted() else 0
+
+
+def _tell(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary) -> None:
+    if arguments.json:
+        both = {"recorded": summary_json(recorded), "again": summary_json(again), "recording": str(arguments.output)}
+        print(json.dumps(both, indent=2))
+    else:
+        print(f"{arguments.file}, and again with {', '.join(arguments.overrides) or 'no change'}: {arguments.output}")
+        print("\n".join(side_by_side(recorded, again)))
+    for warning in warnings(again):
+        print(f"haul: warning: {warning}", file=sys.stderr)

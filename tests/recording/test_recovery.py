@@ -1,0 +1,321 @@
+"""Killed, cut off, damaged: what was flushed is recovered, and other people's readers open the result."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pickle
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import mcap.records
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
+from rosbags.highlevel import AnyReader
+
+from haul_ros import recording as recording_package
+from haul_ros.errors import RecordingError
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.sample import Sample
+from haul_ros.model.scenario import Scenario
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.recovery import RECOVERING_SUFFIX, recover
+from haul_ros.recording.telemetry import Message, TelemetryEncoder
+from haul_ros.recording.writer import FLUSH_INTERVAL, McapRecorder
+from haul_ros.ros.run import TrainRun
+from haul_ros.scenario import load_scenario
+from haul_ros.simulation.session import Session
+
+SAMPLES = 500
+
+
+@pytest.fixture
+def put(encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]) -> list[Message]:
+    return [message for step in range(SAMPLES) for message in encoder.sample(make_sample(step))]
+
+
+@pytest.fixture
+def whole(
+    small_chunks: None, tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, put: list[Message]
+) -> Path:
+    path = tmp_path / "whole.mcap"
+    with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
+        recorder.put(put, 5)
+    return path
+
+
+def content_of(path: Path) -> list[tuple[str, int, int, int, bytes]]:
+    with path.open("rb") as stream:
+        return [
+            (channel.topic, m.log_time, m.publish_time, m.sequence, m.data)
+            for _, channel, m in make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
+        ]
+
+
+def test_a_whole_recording_is_copied_with_all_that_is_in_it(whole: Path, tmp_path: Path) -> None:
+    result = recover(whole, tmp_path / "copy.mcap")
+    assert (result.messages, result.missing, result.bytes_lost, result.damage) == (3 * SAMPLES, 0, 0, None)
+    assert content_of(tmp_path / "copy.mcap") == content_of(whole)
+    with Recording(whole) as first, Recording(tmp_path / "copy.mcap") as second:
+        assert second.scenario_document == first.scenario_document
+        assert second.info().topics == first.info().topics
+        assert second.info().dropped is None
+        assert set(first.metadata.items()) - set(second.metadata.items()) == {("messages_dropped", "0")}
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["copy.mcap", "whole.mcap"]
+
+
+def chunk_ends(path: Path) -> list[tuple[int, int]]:
+    """Offset of the end of each chunk, and the number of messages up to there."""
+    with path.open("rb") as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        assert summary is not None
+        ends, count = [], 0
+        for chunk in summary.chunk_indexes:
+            stream.seek(chunk.chunk_start_offset)
+            record = next(iter(StreamReader(stream, skip_magic=True, emit_chunks=True).records))
+            assert isinstance(record, Chunk)
+            count += sum(isinstance(entry, mcap.records.Message) for entry in breakup_chunk(record))
+            ends.append((chunk.chunk_start_offset + chunk.chunk_length, count))
+    return ends
+
+
+def test_a_cut_off_recording_gives_every_whole_chunk(whole: Path, tmp_path: Path) -> None:
+    content, original, cut = whole.read_bytes(), content_of(whole), tmp_path / "cut.mcap"
+    ends = chunk_ends(whole)
+    assert len(ends) > 1
+    before = 0
+    for end, count in ends:
+        for length, expected in ((end - 1, before), (end, count), (end + 100, count)):
+            cut.write_bytes(content[:length])
+            result = recover(cut, tmp_path / f"{length}.mcap")
+            assert content_of(tmp_path / f"{length}.mcap") == original[:expected]
+            assert result.messages == expected
+            assert result.damage is not None
+        before = count
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_after_a_flipped_bit_all_before_the_damage_is_recovered_or_one_line_tells_why_not(
+    whole: Path, data: st.DataObject
+) -> None:
+    content, original, ends = bytearray(whole.read_bytes()), content_of(whole), chunk_ends(whole)
+    near_chunk = st.sampled_from([end for end, _ in ends]).flatmap(lambda end: st.integers(end, end + 20))
+    place = data.draw(st.integers(0, 5000) | near_chunk | st.integers(0, len(content) - 1))
+    content[place] ^= 1 << data.draw(st.integers(0, 7))
+    damaged, target = whole.with_name("damaged.mcap"), whole.with_name("target.mcap")
+    damaged.write_bytes(content)
+    target.unlink(missing_ok=True)
+    try:
+        recover(damaged, target)
+    except RecordingError as err:
+        assert str(damaged) in str(err)
+        assert "\n" not in str(err)
+        assert not target.exists()
+        assert place < 5000
+    else:
+        found = content_of(target)
+        assert found == original[: len(found)]
+        assert len(found) >= max((count for end, count in ends if end <= place), default=0)
+    assert not Path(f"{target}{RECOVERING_SUFFIX}").exists()
+
+
+def test_nothing_is_overwritten(whole: Path, tmp_path: Path) -> None:
+    (tmp_path / "taken.mcap").write_text("precious")
+    with pytest.raises(RecordingError, match=r"taken\.mcap: exists already and is not overwritten"):
+        recover(whole, tmp_path / "taken.mcap")
+    with pytest.raises(RecordingError, match=r"whole\.mcap: exists already"):
+        recover(whole, whole)
+    assert (tmp_path / "taken.mcap").read_text() == "precious"
+
+
+def test_messages_that_the_recorder_dropped_are_counted(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sequences = iter([0, 1, 5, 6])
+    monkeypatch.setattr(McapRecorder, "_next_sequence", lambda *_: next(sequences))
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        for _ in range(4):
+            recorder.put([encoder.real_time_factor(0, 1.0)], 0)
+    assert recover(tmp_path / "run.mcap", tmp_path / "copy.mcap").missing == 3
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "empty, expected a recording of haul_ros"),
+        (b"name: daqin_1_2_1\n", "not an MCAP file, expected a recording of haul_ros"),
+        (b"\x89MCAP0\r\n", "nothing to recover: damaged before its first message: the file ends too early"),
+        (b"\x89MCAP0\r\n" + bytes(100), "nothing to recover: damaged before its first message: no record of MCAP"),
+    ],
+)
+def test_a_file_of_another_kind_is_told(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "run.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match=rf"run\.mcap: {message}"):
+        recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("profile", "message"), [("ros1", "MCAP profile 'ros1'"), ("ros2", "no recording of haul_ros")]
+)
+def test_an_mcap_file_of_somebody_else_is_told(tmp_path: Path, profile: str, message: str) -> None:
+    with (tmp_path / "run.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile=profile)
+        writer.finish()
+    with pytest.raises(RecordingError, match=message):
+        recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"run\.mcap: cannot be recovered: No such file or directory"):
+        recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
+
+
+@contextmanager
+def small_disk(folder: Path) -> Iterator[Path]:
+    """A folder on a full disk of 300 kB: a file system of its own where that is allowed, else a limit for files."""
+    folder.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", folder], capture_output=True
+    ).returncode
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    if mounted != 0:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, hard))
+    try:
+        yield folder
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        if mounted == 0:
+            subprocess.run(["umount", folder], check=True)
+
+
+@pytest.mark.usefixtures("small_chunks")
+def test_on_a_full_disk_simulation_and_topics_go_on_and_the_file_is_recovered(tmp_path: Path) -> None:
+    scenario = load_scenario("daqin_1_2_1")
+    encoder = TelemetryEncoder(scenario.consist)
+    published: list[Message] = []
+    with small_disk(tmp_path / "disk") as folder:
+        recorder = McapRecorder(folder / "run.mcap", scenario, encoder.channels, when_full="block")
+        run = TrainRun(Session(scenario), encoder, published.extend, recorder)
+        run.tell_start()
+        run.command(Command("master", CommandKind.EMERGENCY, 1.0))
+        for _ in range(400):
+            run.advance()
+        with pytest.raises(RecordingError) as caught:
+            run.close()
+        assert re.fullmatch(
+            r".*/run\.mcap: recording failed: (No space left on device|File too large); what was written is in "
+            r".*/run\.mcap\.active, to recover it: haul recover .*/run\.mcap\.active -o .*/run\.mcap",
+            str(caught.value),
+        )
+        shutil.copy(folder / "run.mcap.active", tmp_path)
+    couplers = [message for message in published if message.channel == encoder.channels.couplers]
+    assert [message.time_ns for message in couplers] == [n * 20_000_000 for n in range(401)]
+    result = recover(tmp_path / "run.mcap.active", tmp_path / "run.mcap")
+    assert result.damage is not None
+    with Recording(tmp_path / "run.mcap") as recording:
+        recovered = [m.data for m in recording.sample_messages() if m.channel == encoder.channels.couplers]
+    assert len(recovered) > 10
+    assert recovered == [message.data for message in couplers[: len(recovered)]]
+
+
+def test_a_folder_that_becomes_read_only_while_recording_is_told_and_the_file_is_recovered(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels)
+    recorder.put([encoder.real_time_factor(0, 1.5)], 0)
+    with monkeypatch.context() as patch:
+        for name in ("link", "replace"):
+            patch.setattr(os, name, refuse)
+        patch.setattr(Path, "open", refuse)
+        with pytest.raises(RecordingError, match=r"recording failed: Read-only file system; what was written is in .*"):
+            recorder.close()
+    assert recover(tmp_path / "run.mcap.active", tmp_path / "run.mcap").messages == 1
+
+
+RECORD_UNTIL_KILLED = """
+import pickle, sys, time
+from haul_ros.recording.telemetry import Message, TelemetryEncoder
+from haul_ros.recording.writer import McapRecorder
+
+scenario, messages, path = pickle.load(sys.stdin.buffer)
+recorder = McapRecorder(path, scenario, TelemetryEncoder(scenario.consist).channels)
+number = 0
+while True:
+    now = time.monotonic_ns()
+    recorder.put([Message(m.channel, now, m.data) for m in messages], number)
+    number += 1
+    print(number, flush=True) if number == 1 else None
+    time.sleep(0.002)
+"""
+
+
+def test_whatever_the_moment_of_a_kill_all_that_is_older_than_a_second_is_recovered(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]
+) -> None:
+    """Ten processes at a time write 500 samples a second; HAUL_KILLS is how many are killed in all."""
+    kills, moments = int(os.environ.get("HAUL_KILLS", "10")), random.Random(4)
+    environment = {**os.environ, "PYTHONPATH": str(Path(recording_package.__file__).parents[2])}
+    messages = encoder.sample(make_sample(1))
+    for start in range(0, kills, 10):
+        children = []
+        for number in range(start, min(start + 10, kills)):
+            path = tmp_path / f"{number}.mcap"
+            child = subprocess.Popen(
+                [sys.executable, "-c", RECORD_UNTIL_KILLED],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=environment,
+            )
+            assert child.stdin is not None
+            pickle.dump((scenario, messages, path), child.stdin)
+            child.stdin.close()
+            children.append((child, path))
+        for child, _ in children:
+            assert child.stdout is not None
+            assert child.stdout.readline() == b"1\n"
+        begun_ns = time.monotonic_ns()
+        until = sorted(time.monotonic() + moments.uniform(0.1, 3.0) for _ in children)
+        for (child, path), moment in zip(children, until, strict=True):
+            time.sleep(max(0.0, moment - time.monotonic()))
+            killed_ns = time.monotonic_ns()
+            child.kill()
+            assert child.wait() == -signal.SIGKILL
+            assert child.stdout is not None
+            child.stdout.close()
+            recover(path.with_name(f"{path.name}.active"), path)
+            with Recording(path) as recording:
+                times = [message.log_time for message in _raw(path)]
+                assert recording.info().messages == len(times)
+            due_ns = killed_ns - round((FLUSH_INTERVAL + 0.25) * 1e9)  # what a busy machine may add to the interval
+            numbers = [m.publish_time for m in _raw(path)]
+            assert numbers == [n for n in range(len(numbers) // 3) for _ in range(3)]
+            assert due_ns < begun_ns or times[-1] >= due_ns
+            with AnyReader([path]) as reader:
+                assert reader.message_count == len(times)
+    assert kills == len(list(tmp_path.glob("*.mcap")))
+
+
+def _raw(path: Path) -> list[mcap.records.Message]:
+    with path.open("rb") as stream:
+        return [message for _, _, message in make_reader(stream, validate_crcs=True).iter_messages()]
