@@ -53,12 +53,16 @@ setup(
         # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "parquet": ["pyarrow"],
+        "studies": ["pyarrow"],
+        "cluster": ["dask", "distributed"],
         "test": [
             "pytest",
             "hypothesis",
             "scipy",
             "mcap-ros2-support",
             "pyarrow",
+            "dask",
+            "distributed",
             "ruff==0.17.*",
             "mypy==2.4.*",
             "import-linter==2.*",

@@ -97,6 +97,52 @@ def build_parser() -> argparse.ArgumentParser:
     )
     analyze.add_argument("--json", action="store_true", help="print the summary as JSON")
 
+    study = commands.add_parser(
+        "study",
+        help="the paper's studies and free parameter sweeps: tables, figures and what they show",
+        epilog="A study goes on where it stopped: finished cases are kept in the folder.",
+    )
+    study.set_defaults(execute="haul_ros.cli.study:study")
+    study.add_argument(
+        "study",
+        metavar="STUDY",
+        help="validation, distribution, initial-speed, synchronisation, stiffness, rigid-arms, rigid-arm-map, "
+        "vibration, marshalling, monte-carlo, a study file, or 'sweep' with --scenario and --over or --draw",
+    )
+    study.add_argument("-o", "--output", metavar="DIR", type=Path, help="folder of the results, default: <STUDY>_study")
+    study.add_argument("--scenario", metavar="SCENARIO", help="of a sweep: name of a shipped scenario, or a file")
+    study.add_argument(
+        "--over",
+        metavar="KEY=VALUES",
+        action="append",
+        default=[],
+        help="vary a value of the scenario: V1,V2,... or FROM:TO:STEP; repeated: all combinations",
+    )
+    study.add_argument(
+        "--draw",
+        metavar="KEY=LAW",
+        action="append",
+        default=[],
+        help="draw a value in each sample: uniform(LOW,HIGH) or normal(MEAN,SD); may be repeated",
+    )
+    study.add_argument("--samples", metavar="N", type=int, help="random samples of each combination")
+    study.add_argument("--seed", metavar="N", type=int, help="of the random samples, default 0")
+    study.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        dest="overrides",
+        action="append",
+        default=[],
+        help="replace a value of the scenario in all cases; may be repeated",
+    )
+    where = study.add_mutually_exclusive_group()
+    where.add_argument("--jobs", metavar="N", type=int, help="cases at a time, default: the number of cores")
+    where.add_argument(
+        "--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, such as tcp://10.0.0.1:8786"
+    )
+    study.add_argument("--json", action="store_true", help="print the findings as JSON")
+    study.add_argument("--quiet", action="store_true", help="neither progress bar nor findings in words")
+
     recover = commands.add_parser("recover", help="make an unfinished or damaged recording whole, in a new file")
     recover.set_defaults(execute="haul_ros.cli.recover:recover_file")
     recover.add_argument("file", metavar="FILE", type=Path, help="such as FILE.mcap.active")

@@ -1,0 +1,106 @@
+"""``haul study``: the paper's studies and free sweeps."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
+
+from tqdm import tqdm
+
+from haul_ros.analysis.tables import parquet_available
+from haul_ros.cli.interrupt import interruption
+from haul_ros.cli.layout import rows
+from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.studies.definition import free_sweep, load_study
+from haul_ros.studies.errors import StudyError
+from haul_ros.studies.pools import Pool, cluster_pool, local_pool
+from haul_ros.studies.study import Outcome, run_study
+from haul_ros.studies.sweep import Sweep
+
+FREE = "sweep"
+"""Stands for a study that the other arguments describe."""
+
+
+def study(arguments: argparse.Namespace) -> int:
+    """Run a study into a folder and print what it found; the exit status is 130 if Ctrl-C ended it early."""
+    sweep = _definition(arguments)
+    open_pool = _pool(arguments)
+    folder: Path = arguments.output or Path(f"{sweep.name}_study")
+    hidden = arguments.quiet or not sys.stderr.isatty()
+    with interruption() as interrupted, tqdm(total=len(sweep), unit="case", leave=False, disable=hidden) as bar:
+        outcome = run_study(sweep, folder, open_pool, told=bar.update, stop=interrupted)
+    _tell(arguments, outcome, folder)
+    return 0 if outcome.complete else 130
+
+
+def _definition(arguments: argparse.Namespace) -> Sweep:
+    given = [
+        f"--{name}"
+        for name, value in {
+            "scenario": arguments.scenario,
+            "set": arguments.overrides,
+            "over": arguments.over,
+            "draw": arguments.draw,
+            "samples": arguments.samples,
+            "seed": arguments.seed,
+        }.items()
+        if value not in (None, [])
+    ]
+    if arguments.study != FREE:
+        if given:
+            raise StudyError(f"{', '.join(given)}: only for haul study {FREE}, a study file has its own")
+        return load_study(arguments.study)
+    if arguments.scenario is None:
+        raise StudyError(f"haul study {FREE}: expected --scenario SCENARIO")
+    return free_sweep(
+        arguments.scenario, arguments.overrides, arguments.over, arguments.draw, arguments.samples, arguments.seed or 0
+    )
+
+
+def _pool(arguments: argparse.Namespace) -> Callable[[], AbstractContextManager[Pool]]:
+    if arguments.scheduler is not None:
+        return partial(cluster_pool, arguments.scheduler)
+    if arguments.jobs is not None and arguments.jobs < 1:
+        raise StudyError(f"--jobs {arguments.jobs}: must be 1 or more")
+    return partial(_cores, arguments.jobs)
+
+
+def _cores(jobs: int | None) -> AbstractContextManager[Pool]:
+    """Opened when the study has been checked and the first case is about to be run."""
+    if not kernel_is_cached():
+        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
+    return local_pool(jobs)
+
+
+def _tell(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> None:
+    if arguments.json:
+        print(json.dumps(_json(outcome), indent=2))
+    elif not arguments.quiet:
+        done = f"{outcome.finished} of {outcome.total} cases"
+        print(f"{outcome.study.name}: {outcome.study.description or 'free sweep'}, {done}")
+        claims = [f"  {claim}" for claim in outcome.claims]
+        print("\n".join([*claims, *rows(("written", str(file)) for file in outcome.files)]))
+    if outcome.unconverged:
+        more = f" and {len(outcome.unconverged) - 1} more" if len(outcome.unconverged) > 1 else ""
+        print(f"haul: warning: steps did not converge in case {outcome.unconverged[0]}{more}", file=sys.stderr)
+    if not parquet_available():
+        print("haul: Parquet not written: needs pyarrow, pip install 'haul_ros[studies]'", file=sys.stderr)
+    if not outcome.complete:
+        left = f"{outcome.finished} of {outcome.total} cases are kept in {folder}"
+        print(f"haul: interrupted, {left}: the same command goes on from there", file=sys.stderr)
+
+
+def _json(outcome: Outcome) -> dict[str, object]:
+    return {
+        "study": outcome.study.name,
+        "description": outcome.study.description,
+        "finished": outcome.finished,
+        "cases": outcome.total,
+        "claims": [{"claim": claim.text, "holds": claim.holds, "found": claim.found} for claim in outcome.claims],
+        "files": [str(file) for file in outcome.files],
+    }

@@ -1,0 +1,154 @@
+"""One case of a study: which scenario with which changes, and what its run gave."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haul_ros import __version__
+from haul_ros.analysis.envelopes import largest_force
+from haul_ros.model.sample import CouplerExtremes, FloatArray
+from haul_ros.model.scenario import Scenario
+from haul_ros.scenario import load_scenario
+from haul_ros.simulation.session import Session
+
+_LOOK_EVERY = 1.0
+"""Simulation time [s] between two looks whether the train stands: extremes are kept by every time step anyway."""
+_HARDEST_STOP = 2.0
+"""Deceleration [m/s^2] that trains do not reach: looks before a stop is possible would only cost time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A run to be made.
+
+    ``overrides`` are those of `load_scenario`; ``values`` is what tells this case from the others
+    of its study, by column name.
+    """
+
+    name: str
+    scenario: str
+    overrides: Mapping[str, object]
+    values: Mapping[str, object]
+
+    def load(self) -> Scenario:
+        """The scenario of this case.
+
+        Raises
+        ------
+        ScenarioError
+            As for `load_scenario`.
+        """
+        return load_scenario(self.scenario, self.overrides)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaseResult:
+    """What a run gave, in SI units.
+
+    ``geared`` (n_couplers,) is false for rigid drawbars; ``locomotives`` are vehicle indices;
+    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is the way of the head.
+    """
+
+    extremes: CouplerExtremes
+    geared: NDArray[np.bool_]
+    locomotives: NDArray[np.int64]
+    stop_time: float
+    distance: float
+    relative_imbalance: float
+    unconverged_steps: int
+
+    @property
+    def force(self) -> FloatArray:
+        """Envelope of the force's magnitude (n_couplers,) [N], rigid drawbars included."""
+        return largest_force(self.extremes)
+
+    @property
+    def stroke(self) -> FloatArray:
+        """Envelope of the stroke's magnitude (n_couplers,) [m]."""
+        return np.maximum(self.extremes.compression_stroke, self.extremes.tension_stroke)
+
+    @property
+    def position(self) -> FloatArray:
+        """Place of each coupler along the train (n_couplers,): j/N for the j-th of N vehicles."""
+        n = len(self.geared) + 1
+        return np.arange(1, n) / n
+
+    @property
+    def gear_force(self) -> float:
+        """Largest force in a coupler with a draft gear [N]."""
+        return float(self.force.max(where=self.geared, initial=0.0))
+
+    @property
+    def largest_stroke(self) -> float:
+        """Largest stroke [m]."""
+        return float(self.stroke.max())
+
+    def to_bytes(self) -> bytes:
+        """All numbers, in full."""
+        numbers = {name: value for name, value in asdict(self).items() if name != "extremes"}
+        buffer = io.BytesIO()
+        np.savez(buffer, **numbers, **{f"extremes.{name}": value for name, value in asdict(self.extremes).items()})
+        return buffer.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> CaseResult:
+        """The result that `to_bytes` wrote.
+
+        Raises
+        ------
+        ValueError
+            It did not write this.
+        """
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+                named = {name: arrays[name] for name in arrays.files}
+            extremes = {name.partition(".")[2]: value for name, value in named.items() if name.startswith("extremes.")}
+            return cls(
+                extremes=CouplerExtremes(**extremes),
+                geared=named["geared"],
+                locomotives=named["locomotives"],
+                stop_time=float(named["stop_time"]),
+                distance=float(named["distance"]),
+                relative_imbalance=float(named["relative_imbalance"]),
+                unconverged_steps=int(named["unconverged_steps"]),
+            )
+        except (zipfile.BadZipFile, KeyError, TypeError, EOFError) as error:
+            raise ValueError(f"not a result: {error}") from error
+
+
+def key(scenario: Scenario) -> str:
+    """What a run depends on, as a digest: the complete scenario and the version of this package."""
+    return hashlib.sha256(f"{__version__}\n{scenario.document}".encode()).hexdigest()
+
+
+def simulate(scenario: Scenario) -> CaseResult:
+    """Run a scenario with its own commands to its end; the GIL is released for seconds of simulation at a time.
+
+    Raises
+    ------
+    CommandError
+        A command of the scenario cannot be carried out at its time.
+    """
+    session = Session(scenario, play_commands=True)
+    speed = scenario.initial_speed
+    while not session.finished:
+        ahead = min(max(_LOOK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
+        speed = float(session.advance(max(1, math.ceil(ahead / scenario.time_step))).speed.max())
+    stop_time = session.stop_time
+    return CaseResult(
+        extremes=session.extremes(),
+        geared=np.array([joint is not None for joint in scenario.consist.joints], dtype=np.bool_),
+        locomotives=np.array([locomotive.vehicle for locomotive in scenario.consist.locomotives], dtype=np.int64),
+        stop_time=math.nan if stop_time is None else stop_time,
+        distance=session.travelled,
+        relative_imbalance=session.energy().relative_imbalance,
+        unconverged_steps=session.status().unconverged_steps,
+    )

@@ -1,0 +1,103 @@
+"""Cases over a pool: finished ones are kept at once, those already there are not run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from dataclasses import dataclass, field
+
+from haul_ros.errors import HaulError
+from haul_ros.studies.case import Case, CaseResult, key, simulate
+from haul_ros.studies.errors import StudyError
+from haul_ros.studies.pools import Pool
+from haul_ros.studies.store import ResultStore
+
+_WAKE = 0.2
+"""Wall time [s] between two looks whether to stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A case whose result is in the store."""
+
+    case: Case
+    key: str
+
+
+@dataclass(slots=True)
+class _Work:
+    """Cases handed out and not yet finished, by what they depend on."""
+
+    pool: Pool
+    store: ResultStore
+    told: Callable[[], None]
+    running: dict[Future[CaseResult], tuple[str, list[str]]] = field(default_factory=dict)
+
+    def hand_out(self, case: Case, digest: str, submit: Callable[[], Future[CaseResult]]) -> None:
+        same = next((names for other, names in self.running.values() if other == digest), None)
+        if same is not None:
+            same.append(case.name)
+        elif digest in self.store:
+            self.told()
+        else:
+            self.running[submit()] = (digest, [case.name])
+
+    def collect(self) -> None:
+        """Keep what has finished meanwhile."""
+        finished, _ = wait(self.running, timeout=_WAKE, return_when=FIRST_COMPLETED)
+        for future in finished:
+            digest, names = self.running.pop(future)
+            try:
+                self.store.add(digest, names[0], future.result())
+            except HaulError as error:
+                raise StudyError(f"case {names[0]}: {error}") from error
+            except CancelledError as error:
+                raise StudyError(f"case {names[0]}: was given up: the connection to the scheduler is lost") from error
+            for _name in names:
+                self.told()
+
+    def withdraw(self) -> None:
+        """Take back what nobody has begun."""
+        for future in [future for future in self.running if future.cancel()]:
+            del self.running[future]
+
+
+def run_cases(
+    cases: Iterable[Case],
+    pool: Pool,
+    store: ResultStore,
+    *,
+    told: Callable[[], None] = lambda: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Done]:
+    """Run the cases that the store does not have; returns those that it has then, in order.
+
+    ``told`` is called for each finished case. When ``stop`` becomes true no further case begins, and
+    those under way are finished and kept. Results do not depend on the pool, bit for bit.
+
+    Raises
+    ------
+    HaulError
+        A case cannot be loaded or run, the store cannot be written, or the cluster is lost; what was
+        finished before is kept.
+    """
+    work = _Work(pool, store, told)
+    asked: list[Done] = []
+    try:
+        for case in cases:
+            while len(work.running) >= pool.room and not stop():
+                work.collect()
+            if stop():
+                break
+            scenario = case.load()
+            digest = key(scenario)
+            work.hand_out(case, digest, lambda scenario=scenario: pool.executor.submit(simulate, scenario))  # type: ignore[misc]
+            asked.append(Done(case, digest))
+        while work.running:
+            if stop():
+                work.withdraw()
+            work.collect()
+    except BaseException:
+        work.withdraw()
+        raise
+    return [done for done in asked if done.key in store]

@@ -1,0 +1,128 @@
+"""Tables of a study, in the units of the field: per case, per case and coupler, quantiles along the train."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from haul_ros.analysis.tables import Table, parquet_available, write_csv, write_parquet
+from haul_ros.model.sample import FloatArray
+from haul_ros.studies.case import Case, CaseResult
+from haul_ros.studies.sweep import PaperValues
+
+QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+"""Of the cases, at each coupler; 0 and 1 are the smallest and the largest."""
+
+_BATCH = 50
+"""Cases whose profiles are in memory at a time."""
+
+
+def case_row(case: Case, result: CaseResult, paper: PaperValues) -> dict[str, object]:
+    """The peaks of one case over the whole train, and what the paper's text says (None: nothing)."""
+    extremes, position = result.extremes, result.position
+    return {
+        "case": case.name,
+        "scenario": Path(case.scenario).stem,
+        **case.values,
+        "max_force_kN": float(result.force.max()) / 1e3,
+        "max_force_position": float(position[result.force.argmax()]),
+        "max_draft_gear_force_kN": result.gear_force / 1e3,
+        "max_compression_kN": float(extremes.compression.max()) / 1e3,
+        "max_compression_position": float(position[extremes.compression.argmax()]),
+        "max_tension_kN": float(extremes.tension.max()) / 1e3,
+        "max_tension_position": float(position[extremes.tension.argmax()]),
+        "max_stroke_mm": result.largest_stroke * 1e3,
+        "stop_time_s": None if math.isnan(result.stop_time) else result.stop_time,
+        "distance_m": result.distance,
+        "bottomed_couplers": int(np.isfinite(extremes.bottomed_time).sum()),
+        "unconverged_steps": result.unconverged_steps,
+        "relative_energy_imbalance": result.relative_imbalance,
+        "paper_force_kN": None if paper.force is None else paper.force / 1e3,
+        "paper_stroke_mm": None if paper.stroke is None else paper.stroke * 1e3,
+    }
+
+
+def columns(rows: Sequence[dict[str, object]]) -> Table:
+    """Rows as columns; a row without a column has None there, and a column of unlike values becomes text."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: _alike([row.get(name) for row in rows]) for name in names}
+
+
+def _alike(values: list[object]) -> list[object]:
+    given = [value for value in values if value is not None]
+    kinds = {type(value) for value in given}
+    if kinds <= {int, float} or kinds in ({str}, {bool}, set()):
+        return values
+    return [None if value is None else str(value) for value in values]
+
+
+def profile_table(case: Case, result: CaseResult) -> Table:
+    """One row per coupler from the head: largest forces and strokes, as magnitudes."""
+    n = len(result.geared)
+    return {
+        "case": [case.name] * n,
+        "coupler": list(range(1, n + 1)),
+        "position": result.position.tolist(),
+        "rigid": (~result.geared).tolist(),
+        "max_compression_kN": (result.extremes.compression / 1e3).tolist(),
+        "max_tension_kN": (result.extremes.tension / 1e3).tolist(),
+        "max_force_kN": (result.force / 1e3).tolist(),
+        "max_compression_stroke_mm": (result.extremes.compression_stroke * 1e3).tolist(),
+        "max_tension_stroke_mm": (result.extremes.tension_stroke * 1e3).tolist(),
+    }
+
+
+def quantile_table(forces: FloatArray, position: FloatArray) -> Table:
+    """Quantiles over the cases of |F| [N], given as (n_cases, n_couplers), at each coupler."""
+    found = np.quantile(forces, QUANTILES, axis=0) / 1e3
+    return {
+        "coupler": list(range(1, len(position) + 1)),
+        "position": position.tolist(),
+        **{f"force_quantile_{q:g}_kN": row.tolist() for q, row in zip(QUANTILES, found, strict=True)},
+    }
+
+
+def write_table(table: Table, stem: Path) -> list[Path]:
+    """Write ``stem.csv``, and ``stem.parquet`` if pyarrow is installed; returns the files."""
+    files = [stem.with_name(f"{stem.name}.csv")]
+    write_csv(table, files[0])
+    if parquet_available():
+        files.append(stem.with_name(f"{stem.name}.parquet"))
+        write_parquet(table, files[1])
+    return files
+
+
+def write_profiles(profiles: Iterable[Table], stem: Path) -> list[Path]:
+    """Write tables of the same columns below one another, few in memory at a time; files as `write_table`."""
+    files = [stem.with_name(f"{stem.name}.csv")]
+    iterator = iter(profiles)
+    with ExitStack() as stack:
+        stream = stack.enter_context(files[0].open("w", encoding="utf-8", newline=""))
+        writer = csv.writer(stream)
+        parquet = None
+        for batch in _batches(iterator):
+            if stream.tell() == 0:
+                writer.writerow(batch)
+            rows = zip(*batch.values(), strict=True)
+            writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
+            if parquet_available():
+                import pyarrow as pa
+                import pyarrow.parquet as pq
+
+                group = pa.table({name: list(column) for name, column in batch.items()})
+                if parquet is None:
+                    files.append(stem.with_name(f"{stem.name}.parquet"))
+                    parquet = stack.enter_context(pq.ParquetWriter(files[1], group.schema))
+                parquet.write_table(group)
+    return files
+
+
+def _batches(profiles: Iterator[Table]) -> Iterator[Table]:
+    while batch := list(islice(profiles, _BATCH)):
+        yield {name: [value for table in batch for value in table[name]] for name in batch[0]}

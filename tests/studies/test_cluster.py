@@ -1,0 +1,111 @@
+"""A real Dask scheduler and two worker processes, one of them killed while the sweep runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from haul_ros.studies import pools
+from haul_ros.studies.case import Case, simulate
+from haul_ros.studies.errors import StudyError
+from haul_ros.studies.pools import cluster_pool
+from haul_ros.studies.runner import run_cases
+from haul_ros.studies.store import ResultStore
+
+pytest.importorskip("distributed")
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass
+class Cluster:
+    """A scheduler and its workers, each a process."""
+
+    folder: Path
+    processes: ExitStack
+
+    def start(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
+        path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+        process = subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
+            cwd=self.folder,
+            env=os.environ | {"PYTHONPATH": path},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self.processes.callback(process.wait)
+        self.processes.callback(process.kill)
+        return process
+
+    @property
+    def file(self) -> Path:
+        return self.folder / "scheduler.json"
+
+    def address(self) -> str:
+        """Address of the scheduler, once it is up."""
+        until = time.monotonic() + 30.0
+        while time.monotonic() < until:
+            if self.file.exists() and (text := self.file.read_text("utf-8")):
+                return str(json.loads(text)["address"])
+            time.sleep(0.05)
+        raise AssertionError("no scheduler")
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(self.folder))
+        return self.start("dask_worker", "--scheduler-file", str(self.file), *options)
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    with ExitStack() as processes:
+        found = Cluster(tmp_path, processes)
+        found.start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                    "--scheduler-file", str(found.file))  # fmt: skip
+        yield found
+
+
+def test_a_worker_is_killed_mid_sweep_and_nothing_is_lost(
+    cluster: Cluster, tmp_path: Path, speeds: Callable[[int], list[Case]]
+) -> None:
+    address = cluster.address()
+    workers = [cluster.worker(), cluster.worker()]
+    cases = speeds(24)
+    told: list[None] = []
+
+    def count() -> None:
+        told.append(None)
+        if len(told) == 5:
+            workers[0].kill()
+
+    with cluster_pool(address) as pool, ResultStore(tmp_path / "results.sqlite") as store:
+        done = run_cases(cases, pool, store, told=count)
+        found = [store[d.key].to_bytes() for d in done]
+    assert workers[0].wait(10) != 0
+    assert workers[1].poll() is None
+    assert len(told) == 24
+    assert found == [simulate(case.load()).to_bytes() for case in cases]
+
+
+def test_a_scheduler_without_workers_is_named(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    address = cluster.address()
+    monkeypatch.setattr(pools, "CONNECT_TIMEOUT", 1.0)
+    with pytest.raises(StudyError, match="has no workers, start some: dask worker"), cluster_pool(address):
+        pass
+
+
+def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pools, "CONNECT_TIMEOUT", 0.5)
+    with (
+        pytest.raises(StudyError, match=r"scheduler tcp://127\.0\.0\.1:9: not there"),
+        cluster_pool("tcp://127.0.0.1:9"),
+    ):
+        pass
