@@ -1,6 +1,14 @@
 """What tests of several folders share."""
 
+import os
+
 import pytest
+from hypothesis import settings
+
+# CI tries the same examples every time; elsewhere each run looks at new ones.
+settings.register_profile("ci", derandomize=True)
+if os.environ.get("CI"):
+    settings.load_profile("ci")
 
 SHORT_TRAIN = """\
 description: short train, emergency from 20 km/h

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from physics_cases import (
     WAGON_RESISTANCE,
@@ -19,7 +19,7 @@ from physics_cases import (
 
 from haul_ros.model.track import Track
 from haul_ros.physics.energy import energy_balance
-from haul_ros.physics.train_model import TrainModel, WaveKind
+from haul_ros.physics.train_model import NEWTON_TOLERANCE, TrainModel, WaveKind
 
 WAGON = vehicle(resistance=WAGON_RESISTANCE, tractive_effort=760e3)
 GEAR = linear_gear(3e7, 9e6)
@@ -168,18 +168,22 @@ def test_a_train_that_never_moved_has_stopped_at_time_zero() -> None:
     speeds=st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=6),
     braked=st.booleans(),
 )
+@example(speeds=[1.125, 0.0, 0.0, -1.75], braked=True)  # arrested under a push that grows beyond what friction holds
 def test_brakes_and_resistance_take_energy_and_never_push_along(speeds: list[float], braked: bool) -> None:
     train = model(train_of([WAGON] * len(speeds), GEAR), np.array(speeds))
     if braked:
         train.start_wave(0.3, 0, WaveKind.EMERGENCY)
     brake_work = resistance_work = 0.0
+    path = float(np.sum(np.abs(speeds))) * 0.01
     for _ in range(150):
         train.advance(10)
         sample = train.sample()
+        path += float(np.sum(np.abs(sample.speed))) * 0.01
         assert np.all(sample.brake_force * sample.speed >= 0.0)
         assert np.all(np.abs(sample.brake_force) <= 60e3 * (1.0 + 1e-9))
         balance = energy_balance(train)
         assert balance.brake_work >= brake_work - 1e-9 * balance.kinetic_start
         assert balance.resistance_work >= resistance_work - 1e-9 * balance.kinetic_start
-        assert abs(balance.imbalance) <= 1e-9 * max(balance.kinetic_start, 1.0)
+        # What the balance may leave over is the Newton residual times the way, and rounding.
+        assert abs(balance.imbalance) <= NEWTON_TOLERANCE * path + 1e-12 * balance.kinetic_start
         brake_work, resistance_work = balance.brake_work, balance.resistance_work

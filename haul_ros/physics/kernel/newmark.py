@@ -9,7 +9,8 @@ and Newton's method solves m a' = forces(x', v', t') with a symmetric tridiagona
 Brake and resistance are dry friction: they oppose motion while a mass slides, and hold it at
 v' = 0 as long as the force needed to do so stays below what they can give. A mass that comes to
 rest within the step needs the mean friction force m (v' - v)/h - (push + push')/2 over the step,
-so the kinetic energy that is lost equals the work done in that step too. A standing mass has a = 0.
+so the kinetic energy that is lost equals the work done in that step too. A standing mass has a = 0, unless its
+friction no longer holds it at the end of the step: then it will slide in the next.
 """
 
 from __future__ import annotations
@@ -170,7 +171,7 @@ def _commit_forces(t: Train, h: float) -> None:
     for m in range(masses.shape[1]):
         # Members of a standing mass share the holding force in proportion to what each can give.
         held = masses[a.NEW_PUSH, m] / max(masses[a.FRICTION, m], LEAST_FRICTION)
-        held = held if masses[a.FRICTION, m] > LEAST_FRICTION else 0.0
+        held = min(1.0, max(-1.0, held))
         direction = masses[a.NEW_DIRECTION, m]
         masses[a.SHARE, m] = direction if direction != 0.0 else held
     for m in range(masses.shape[1]):
@@ -195,10 +196,18 @@ def _commit_forces(t: Train, h: float) -> None:
 
 
 @inner
+def _excess_acceleration(push: float, friction: float, mass: float) -> float:
+    """Acceleration of a standing mass by what its friction cannot hold, 0 if it can hold all."""
+    excess = max(abs(push) - friction, 0.0) / mass
+    return excess if push > 0.0 else -excess
+
+
+@inner
 def _commit_motion(masses: Floats, h: float) -> None:
     for m in range(masses.shape[1]):
         change = 2.0 / h * (masses[a.NEW_VELOCITY, m] - masses[a.VELOCITY, m]) - masses[a.ACCELERATION, m]
-        masses[a.ACCELERATION, m] = change if masses[a.NEW_DIRECTION, m] != 0.0 else 0.0
+        excess = _excess_acceleration(masses[a.NEW_PUSH, m], masses[a.FRICTION, m], masses[a.MASS, m])
+        masses[a.ACCELERATION, m] = change if masses[a.NEW_DIRECTION, m] != 0.0 else excess
     for m in range(masses.shape[1]):
         masses[a.DISPLACEMENT, m] += masses[a.WAY, m]
     for m in range(masses.shape[1]):
@@ -244,11 +253,10 @@ def balance_at_start(t: Train) -> None:
     _friction(masses, t.vehicles, t.members, t.places)
     _push(masses, t.connections)
     for m in range(masses.shape[1]):
-        push, friction = masses[a.NEW_PUSH, m], masses[a.FRICTION, m]
-        if masses[a.DIRECTION, m] == 0.0 and abs(push) > friction:
-            masses[a.NEW_DIRECTION, m] = 1.0 if push > 0.0 else -1.0  # rolls off in the first step
-        direction = masses[a.NEW_DIRECTION, m]
-        masses[a.ACCELERATION, m] = (push - direction * friction) / masses[a.MASS, m] if direction != 0.0 else 0.0
+        push, friction, direction = masses[a.NEW_PUSH, m], masses[a.FRICTION, m], masses[a.DIRECTION, m]
+        sliding = (push - direction * friction) / masses[a.MASS, m]
+        standing = _excess_acceleration(push, friction, masses[a.MASS, m])
+        masses[a.ACCELERATION, m] = sliding if direction != 0.0 else standing
         masses[a.PUSH, m] = push
     _commit_forces(t, 0.0)
     _commit_connections(t.connections)
