@@ -16,6 +16,7 @@ from haul_ros import __version__
 from haul_ros.analysis.envelopes import largest_force
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
+from haul_ros.physics.kernel._jit import source_digest
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
@@ -125,8 +126,8 @@ class CaseResult:
 
 
 def key(scenario: Scenario) -> str:
-    """What a run depends on, as a digest: the complete scenario and the version of this package."""
-    return hashlib.sha256(f"{__version__}\n{scenario.document}".encode()).hexdigest()
+    """What a run depends on, as a digest: the complete scenario, the version of this package and its kernel."""
+    return hashlib.sha256(f"{__version__}\n{source_digest()}\n{scenario.document}".encode()).hexdigest()
 
 
 def simulate(scenario: Scenario) -> CaseResult:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,9 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True}
 
 
-def _source_digest() -> str:
+@cache
+def source_digest() -> str:
+    """Short digest of all sources of the kernel: the same digest, the same machine code."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
@@ -38,7 +41,7 @@ def entry(function: _Function) -> _Function:
     numba looks only at the file of the cached function itself, so a change in another kernel file
     would run stale code; the digest of all kernel sources in the name keeps the caches apart.
     """
-    function.__qualname__ = f"{function.__name__}_{_source_digest()}"
+    function.__qualname__ = f"{function.__name__}_{source_digest()}"
     try:
         compiled: _Function = numba.njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:  # neither the installation nor the user's cache folder can be written
