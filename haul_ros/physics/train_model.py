@@ -76,12 +76,15 @@ def _brake_speeds(brakes: BrakeSystem) -> dict[WaveKind, float]:
 
 def _hinge_array(gears: list[DraftGear]) -> Floats:
     """Hinges (3, 2, h, c) of the curves, padded with hinges that are never reached."""
-    by_gear = {gear: [side_hinges(gear, gear.compression), side_hinges(gear, gear.tension)] for gear in set(gears)}
-    n_hinges = max((len(side[0]) for sides in by_gear.values() for side in sides), default=1)
+    by_gear = {
+        gear: {a.COMPRESSION: side_hinges(gear, gear.compression), a.TENSION: side_hinges(gear, gear.tension)}
+        for gear in set(gears)
+    }
+    n_hinges = max((len(side[0]) for sides in by_gear.values() for side in sides.values()), default=1)
     hinges = np.zeros((3, 2, n_hinges, len(gears)))
     hinges[a.KNOT] = _NEVER_REACHED
     for c, gear in enumerate(gears):
-        for side, (knots, loading, unloading) in enumerate(by_gear[gear]):
+        for side, (knots, loading, unloading) in by_gear[gear].items():
             hinges[a.KNOT, side, : len(knots), c] = knots
             hinges[a.HINGE_MEAN, side, : len(knots), c] = (loading + unloading) / 2.0
             hinges[a.HINGE_GAP, side, : len(knots), c] = (loading - unloading) / 2.0

@@ -27,8 +27,8 @@ def _curve(joints: Floats, hinges: Floats, quantity: int, value: int, slope: int
         for k in range(joints.shape[1]):
             stroke = joints[a.NEW_STROKE, k]
             buff = stroke >= 0.0
-            past = abs(stroke) - (hinges[a.KNOT, 0, i, k] if buff else hinges[a.KNOT, 1, i, k])
-            steeper = hinges[quantity, 0, i, k] if buff else hinges[quantity, 1, i, k]
+            past = abs(stroke) - (hinges[a.KNOT, a.COMPRESSION, i, k] if buff else hinges[a.KNOT, a.TENSION, i, k])
+            steeper = hinges[quantity, a.COMPRESSION, i, k] if buff else hinges[quantity, a.TENSION, i, k]
             steeper = steeper if past >= 0.0 else 0.0
             joints[slope, k] += steeper
             joints[value, k] += steeper * max(past, 0.0)
