@@ -1,6 +1,6 @@
 """Whether the live node keeps real time, what it costs, and whether everything it tells arrives.
 
-    python benchmarks/live_node.py [--seconds 60] [--json]
+    python -m benchmarks.live_node [--seconds 60] [--json]
 
 Starts the node on daqin_1_2_1 (208 vehicles) in a process of its own: 1 ms time steps, 50 Hz
 telemetry, recording to MCAP, on the loopback interface and a ROS domain of its own. This process
@@ -28,15 +28,15 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from mcap.reader import make_reader
-from report import Check, checks_table, machine, pairs, table
 
+from benchmarks.report import Check, checks_table, machine, pairs, table
 from haul_ros.errors import HaulError
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.errors import require_ros
 from haul_ros.units import NS_PER_S
 
 if TYPE_CHECKING:
-    from live_run import LiveRun, Stream
+    from benchmarks.live_run import LiveRun, Stream
 
 SCENARIO = "daqin_1_2_1"
 TIME_STEP = 1e-3
@@ -116,7 +116,7 @@ def measure(seconds: float) -> Result:
     HaulError
         The node does not start, answer or end as it should, or its recording cannot be read.
     """
-    from live_run import run_live  # needs rclpy
+    from benchmarks.live_run import run_live  # needs rclpy
 
     with TemporaryDirectory() as folder:
         path = Path(folder, "run.mcap")

@@ -18,8 +18,8 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool
 
 from haul_ros.errors import HaulError
+from haul_ros.messages.channels import Channel, channel_table
 from haul_ros.model.command import CommandKind
-from haul_ros.recording.channels import Channel, channel_table
 from haul_ros.ros.publishers import endpoint
 
 START_TIMEOUT = 120.0

@@ -1,6 +1,6 @@
 """What writing and reading recordings costs, and whether a fast recording keeps up.
 
-    python benchmarks/recording.py [--minutes 10] [--json]
+    python -m benchmarks.recording [--minutes 10] [--json]
 
 Three measurements on daqin_1_2_1 (207 couplers, 208 vehicles), each against the usual way in the same run:
 bytes of a coupler message by our encoder and by rclpy's serialisation of a message that is filled already; arrays of
@@ -26,13 +26,13 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import deserialize_message, serialize_message
-from report import Check, checks_table, machine, pairs, table
 from sensor_msgs.msg import JointState
 
+from benchmarks.report import Check, checks_table, machine, pairs, table
+from haul_ros.messages.cdr import JointStateCodec
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.sample import Sample
-from haul_ros.recording.encoding import JointStateCodec
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session

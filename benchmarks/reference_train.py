@@ -51,9 +51,9 @@ class ReferenceTrain:
         _require_paper_law(scenario)
         self.initial_speed = scenario.initial_speed
         self.mass = _column(consist, "mass")
-        self._loading = np.array([_stiffness(gear.compression.loading) for gear in consist.joints if gear])
-        self._unloading = np.array([_stiffness(gear.compression.unloading) for gear in consist.joints if gear])
-        self._transition_speed = np.array([gear.transition_speed for gear in consist.joints if gear])
+        self._loading = np.array([_stiffness(gear.compression.loading) for gear in consist.couplers if gear])
+        self._unloading = np.array([_stiffness(gear.compression.unloading) for gear in consist.couplers if gear])
+        self._transition_speed = np.array([gear.transition_speed for gear in consist.couplers if gear])
         self._arrival = _arrival_times(consist, brakes.wave_speeds.emergency)
         self._build_up_time = brakes.build_up.full_time
 
@@ -254,7 +254,7 @@ def _arrival_times(consist: Consist, wave_speed: float) -> Floats:
 def _require_paper_law(scenario: Scenario) -> None:
     consist, build_up, track = scenario.consist, scenario.brakes.build_up, scenario.track
     covered = {
-        "draft gears with one stiffness each way": all(map(_is_linear, consist.joints)),
+        "draft gears with one stiffness each way": all(map(_is_linear, consist.couplers)),
         "linear build-up": build_up.knee == 1.0 and build_up.knee_time == build_up.full_time,
         "friction at the full shoe force": not build_up.friction_follows_pressure,
         "friction that does not depend on the initial speed": not _column(consist, "friction", "v0_slope").any(),

@@ -1,6 +1,6 @@
 """What one converged Newmark step of the 208-vehicle train costs in the compiled kernel, and what else would cost.
 
-    python benchmarks/step_cost.py [--json]
+    python -m benchmarks.step_cost [--json]
 
 The train is daqin_1_2_1 in an emergency stop from 80 km/h. Its first 12 s, in which the largest
 forces occur and every vehicle still moves, are simulated side by side by
@@ -29,9 +29,9 @@ from functools import partial
 from time import perf_counter
 
 import numpy as np
-from reference_train import Floats, NumpyNewmark, ReferenceTrain, lsoda
-from report import Check, checks_table, machine, pairs, table
 
+from benchmarks.reference_train import Floats, NumpyNewmark, ReferenceTrain, lsoda
+from benchmarks.report import Check, checks_table, machine, pairs, table
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import NEWTON_TOLERANCE, StepStatistics, TrainModel, WaveKind
 from haul_ros.scenario import load_scenario

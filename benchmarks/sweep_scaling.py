@@ -1,6 +1,6 @@
 """How a sweep of the 208-vehicle train scales over cores, and whether its memory stays flat.
 
-python benchmarks/sweep_scaling.py [CASES]
+python -m benchmarks.sweep_scaling [CASES]
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from report import Check, checks_table, machine, pairs, table
-
+from benchmarks.report import Check, checks_table, machine, pairs, table
 from haul_ros.studies.definition import free_sweep
 from haul_ros.studies.pools import local_pool
 from haul_ros.studies.runner import run_cases

@@ -180,7 +180,7 @@ def test_rigid_pairs_lower_force_and_stroke_a_little_with_set_b() -> None:
     # "Much smaller" in the paper; computed: 4 %.
     single, pairs = stop("daqin_1_2_1"), stop("daqin_1_2_1_rigid_pairs")
     draft_gears = pairs.envelope[
-        [joint is not None for joint in load_scenario("daqin_1_2_1_rigid_pairs").consist.joints]
+        [gear is not None for gear in load_scenario("daqin_1_2_1_rigid_pairs").consist.couplers]
     ]
     assert float(draft_gears.max()) == pytest.approx(678, rel=REFERENCE)
     assert pairs.stroke == pytest.approx(23.5, rel=REFERENCE)

@@ -20,7 +20,7 @@ def blocks(language: str) -> list[str]:
 def test_scenario_in_the_readme_loads() -> None:
     scenario = load_scenario_text(blocks("yaml")[0], "readme")
     assert len(scenario.consist.vehicles) == 208
-    assert sum(joint is None for joint in scenario.consist.joints) == 2 * 34
+    assert sum(gear is None for gear in scenario.consist.couplers) == 2 * 34
 
 
 def test_get_started_begins_with_two_bash_blocks_of_one_existing_command_each() -> None:
@@ -39,7 +39,7 @@ def test_python_in_the_readme_runs(capsys: pytest.CaptureFixture[str], tmp_path:
     assert re.fullmatch(r"\d+\.\d+ kN\n", capsys.readouterr().out)
 
     scenario = load_scenario("daqin_1_2_1")
-    from haul_ros.recording.telemetry import TelemetryEncoder
+    from haul_ros.messages.encoder import TelemetryEncoder
     from haul_ros.simulation.session import Session
 
     encoder = TelemetryEncoder(scenario.consist)

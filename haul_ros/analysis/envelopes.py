@@ -44,7 +44,7 @@ def largest_force(extremes: CouplerExtremes) -> FloatArray:
 
 def bottomed_couplers(consist: Consist, extremes: CouplerExtremes) -> tuple[int, ...]:
     """Indices of the couplers whose draft gear was closed fully, slack included, in either direction."""
-    full = np.array([j.maximum_stroke + j.slack / 2.0 if j else np.inf for j in consist.joints])
+    full = np.array([j.maximum_stroke + j.slack / 2.0 if j else np.inf for j in consist.couplers])
     reached = np.maximum(extremes.compression_stroke, extremes.tension_stroke)
     return tuple(int(j) for j in np.flatnonzero(reached >= full))
 

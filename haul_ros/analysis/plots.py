@@ -51,7 +51,7 @@ def profile_figure(consist: Consist, extremes: CouplerExtremes, title: str) -> F
     figure = Figure(figsize=_SIZE, layout="constrained")
     force, stroke = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     figure.suptitle(title)
-    couplers = np.arange(1, len(consist.joints) + 1)
+    couplers = np.arange(1, len(consist.couplers) + 1)
 
     force.fill_between(
         couplers, largest_force(extremes) / 1e3, color=ENVELOPE_COLOUR, lw=0, label="|F|, larger of both"
@@ -60,7 +60,7 @@ def profile_figure(consist: Consist, extremes: CouplerExtremes, title: str) -> F
     force.plot(couplers, extremes.tension / 1e3, color=TENSION_COLOUR, ls="--", label="tension (draft)")
     force.set_ylabel("peak coupler force [kN]")
 
-    geared = np.array([joint is not None for joint in consist.joints], dtype=bool)  # a rigid drawbar has no stroke
+    geared = np.array([gear is not None for gear in consist.couplers], dtype=bool)  # a rigid drawbar has no stroke
     stroke.plot(couplers[geared], extremes.compression_stroke[geared] * 1e3, color=COMPRESSION_COLOUR)
     stroke.plot(couplers[geared], extremes.tension_stroke[geared] * 1e3, color=TENSION_COLOUR, ls="--")
     stroke.set_ylabel("peak draft gear stroke [mm]")
@@ -87,7 +87,7 @@ def history_figure(
 
     edges, values = force_history(couplers, HISTORY_COLUMNS)
     limit = max(float(np.abs(values).max()) / 1e3, 1.0)
-    rows = np.arange(len(consist.joints) + 1) + 0.5
+    rows = np.arange(len(consist.couplers) + 1) + 0.5
     mesh = force.pcolormesh(
         edges, rows, values.T / 1e3, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="flat", rasterized=True
     )

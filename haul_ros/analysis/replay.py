@@ -9,11 +9,11 @@ import numpy as np
 
 from haul_ros.analysis.summary import recorded_scenario
 from haul_ros.errors import CommandError, RecordingError
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.consist import Consist
 from haul_ros.model.radio import TimedLink
 from haul_ros.model.sample import Sample
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.simulation.batch import RunError
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S

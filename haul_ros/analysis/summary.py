@@ -191,7 +191,7 @@ def _summary(
         scenario=scenario.name,
         description=scenario.description,
         vehicles=len(consist.vehicles),
-        couplers=len(consist.joints),
+        couplers=len(consist.couplers),
         mass=consist.mass,
         length=consist.length,
         initial_speed=scenario.initial_speed,

@@ -14,8 +14,8 @@ from haul_ros.cli.progress import progress
 from haul_ros.cli.run import new_recorder, simulate, tell_compilation
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
 from haul_ros.errors import HaulError
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.scenario import parse_override
 from haul_ros.units import NS_PER_S
 

@@ -15,10 +15,10 @@ from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import kernel_is_cached
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario, parse_override
 from haul_ros.simulation.batch import Period, periods

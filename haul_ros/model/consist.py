@@ -24,18 +24,18 @@ class Locomotive:
 class Consist:
     """Vehicles from the head and what joins them.
 
-    ``joints[j]`` lies between vehicles ``j`` and ``j + 1``: a draft gear, or None for a rigid
+    ``couplers[j]`` lies between vehicles ``j`` and ``j + 1``: a draft gear, or None for a rigid
     drawbar, which makes the two vehicles one mass.
     """
 
     vehicles: tuple[VehicleType, ...]
-    joints: tuple[DraftGear | None, ...]
+    couplers: tuple[DraftGear | None, ...]
     locomotives: tuple[Locomotive, ...]
 
     def __post_init__(self) -> None:
-        if len(self.joints) != len(self.vehicles) - 1:
+        if len(self.couplers) != len(self.vehicles) - 1:
             raise ValueError(
-                f"{len(self.vehicles)} vehicles need {len(self.vehicles) - 1} joints, not {len(self.joints)}"
+                f"{len(self.vehicles)} vehicles need {len(self.vehicles) - 1} couplers, not {len(self.couplers)}"
             )
 
     @cached_property
@@ -46,7 +46,7 @@ class Consist:
     @cached_property
     def coupler_names(self) -> tuple[str, ...]:
         """Names as published: ``coupler_001`` between the first two vehicles, and so on."""
-        return tuple(f"coupler_{j:03d}" for j in range(1, len(self.joints) + 1))
+        return tuple(f"coupler_{j:03d}" for j in range(1, len(self.couplers) + 1))
 
     @cached_property
     def mass(self) -> float:

@@ -51,8 +51,8 @@ def stiffness_matrix(stiffness: Floats) -> Floats:
 
 def natural_modes(consist: Consist) -> Modes:
     """Solve ``(K - omega^2 M) u = 0`` for the train, couplers near stroke 0 (paper eqs. 8 to 12)."""
-    flexible = [j for j, joint in enumerate(consist.joints) if joint is not None]
-    stiffness = np.array([stiffness_about_rest(joint) for joint in consist.joints if joint is not None])
+    flexible = [j for j, gear in enumerate(consist.couplers) if gear is not None]
+    stiffness = np.array([stiffness_about_rest(gear) for gear in consist.couplers if gear is not None])
     bounds = [0, *(j + 1 for j in flexible), len(consist.vehicles)]
     mass = np.add.reduceat(np.array([vehicle.mass for vehicle in consist.vehicles]), bounds[:-1])
     # M^-1/2 K M^-1/2 is symmetric and has the same eigenvalues as M^-1 K.

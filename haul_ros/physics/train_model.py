@@ -151,20 +151,20 @@ class TrainModel:
     ) -> None:
         self.consist = consist
         self._wave_speeds = _brake_speeds(brakes)
-        self._rigid = np.array([joint is None for joint in consist.joints], dtype=bool)
+        self._rigid = np.array([gear is None for gear in consist.couplers], dtype=bool)
         self._cylinder_pressure = np.array([v.cylinder_pressure for v in consist.vehicles])
         speeds = np.asarray(initial_speed, dtype=np.float64)
         self._train = self._build(consist, brakes, track or Track(), speeds, time_step, tolerance)
         advance(self._train, 0)
-        self.gears = [joint for joint in consist.joints if joint is not None]
+        self.gears = [gear for gear in consist.couplers if gear is not None]
         self.initial_kinetic_energy = self.kinetic_energy
 
     @staticmethod
     def _build(
         consist: Consist, brakes: BrakeSystem, track: Track, initial_speed: Floats, time_step: float, tolerance: float
     ) -> a.Train:
-        flexible = [j for j, joint in enumerate(consist.joints) if joint is not None]
-        gears = [joint for joint in consist.joints if joint is not None]
+        flexible = [j for j, gear in enumerate(consist.couplers) if gear is not None]
+        gears = [gear for gear in consist.couplers if gear is not None]
         bounds = [0, *(j + 1 for j in flexible), len(consist.vehicles)]
 
         settings = np.zeros(1, a.SETTINGS)
@@ -180,7 +180,7 @@ class TrainModel:
         settings["start_chainage"] = track.start_chainage
         settings["has_line"] = bool(track.grades or track.curves)
         settings["has_stops"] = any(np.isfinite(gear.maximum_stroke) for gear in gears)
-        settings["has_drawbars"] = len(gears) < len(consist.joints)
+        settings["has_drawbars"] = len(gears) < len(consist.couplers)
 
         vehicles = _vehicle_array(consist)
         members = np.array([bounds[:-1], bounds[1:]], dtype=np.int64)

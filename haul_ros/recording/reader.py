@@ -20,15 +20,15 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 from haul_ros.errors import HaulError, RecordingError
+from haul_ros.messages.cdr import ArrayCodec, JointStateCodec, decode_bool, decode_float64, typestore
+from haul_ros.messages.channels import BOOL, FLOAT64, LOG, ChannelTable, channel_table
+from haul_ros.messages.encoder import LOGGER, Message
 from haul_ros.model.command import Command, CommandKind, TimedCommand
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.radio import TimedLink
 from haul_ros.model.sample import FloatArray
-from haul_ros.recording.channels import BOOL, FLOAT64, LOG, ChannelTable, channel_table
 from haul_ros.recording.chunks import Run, load_chunks, runs
-from haul_ros.recording.encoding import ArrayCodec, JointStateCodec, decode_bool, decode_float64, typestore
 from haul_ros.recording.run_file import ACTIVE_SUFFIX, RECORD_NAME, SCENARIO_NAME, recovery_hint
-from haul_ros.recording.telemetry import LOGGER, Message
 from haul_ros.units import NS_PER_S
 
 TimeArray = NDArray[np.int64]

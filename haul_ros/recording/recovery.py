@@ -15,12 +15,14 @@ from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata
+from mcap.records import Attachment, Channel, Chunk, Header, Metadata
+from mcap.records import Message as McapMessage
 from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.errors import HaulError, RecordingError
-from haul_ros.recording import channels, telemetry
+from haul_ros.messages.channels import channel_table
+from haul_ros.messages.encoder import Message
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile
 
 RECOVERING_SUFFIX = ".recovering"
@@ -67,7 +69,7 @@ def recover(source: Path, target: Path) -> Recovery:
 def _recover(source: _Source, target: Path) -> Recovery:
     description, document = source.read_beginning()
     try:
-        table = channels.channel_table(json.loads(description["locomotives"]), description["topic_prefix"])
+        table = channel_table(json.loads(description["locomotives"]), description["topic_prefix"])
         file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
     except (KeyError, ValueError) as err:
         raise RecordingError(f"{source.path}: its description of the run is damaged: {err}") from err
@@ -80,7 +82,7 @@ def _recover(source: _Source, target: Path) -> Recovery:
             for topic, message in messages:
                 if topic not in file:
                     raise RecordingError(f"{source.path}: {topic} is no topic of a recording of this version")
-                put = telemetry.Message(by_topic[topic], message.log_time, message.data)
+                put = Message(by_topic[topic], message.log_time, message.data)
                 file.add(put, message.sequence, message.publish_time)
                 counts[topic] += 1
                 highest[topic] = max(highest.get(topic, 0), message.sequence)
@@ -144,7 +146,7 @@ class _Source:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
         raise RecordingError(f"{self.path}: nothing to recover: damaged before its first message: {self.damage}")
 
-    def chunks(self) -> Iterator[list[tuple[str, Message]]]:
+    def chunks(self) -> Iterator[list[tuple[str, McapMessage]]]:
         """The messages of each chunk with their topics."""
         topics: dict[int, str] = {}
         for record in self._records():
@@ -154,7 +156,9 @@ class _Source:
                     chunk = Chunk.read(ReadDataStream(BytesIO(record.content)))
                     records = breakup_chunk(chunk, validate_crc=True)
                     topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
-                    messages = [(topics[entry.channel_id], entry) for entry in records if isinstance(entry, Message)]
+                    messages = [
+                        (topics[entry.channel_id], entry) for entry in records if isinstance(entry, McapMessage)
+                    ]
                 except Exception as err:  # whatever the libraries raise on damaged bytes
                     self.good, self.damage = before, f"damaged chunk: {type(err).__name__}: {err}"
                     return

@@ -13,8 +13,8 @@ from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 from ruamel.yaml import YAML
 
-from haul_ros.recording.channels import Channel
-from haul_ros.recording.encoding import typestore
+from haul_ros.messages.cdr import typestore
+from haul_ros.messages.channels import Channel
 
 RECORD_NAME = "rosbag2"
 ROS_DISTRO = "jazzy"

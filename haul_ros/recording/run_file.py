@@ -15,11 +15,11 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer
 
 from haul_ros.errors import RecordingError
+from haul_ros.messages.cdr import typestore
+from haul_ros.messages.channels import Channel, ChannelTable
+from haul_ros.messages.encoder import Message
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
-from haul_ros.recording.channels import Channel, ChannelTable
-from haul_ros.recording.encoding import typestore
-from haul_ros.recording.telemetry import Message
 
 ACTIVE_SUFFIX = ".active"
 """Added to the name of a file as long as it is being written."""

@@ -13,10 +13,10 @@ from types import TracebackType
 from typing import Literal, NamedTuple
 
 from haul_ros.errors import RecordingError
+from haul_ros.messages.channels import ChannelTable
+from haul_ros.messages.encoder import Message
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording.channels import ChannelTable
 from haul_ros.recording.run_file import RunFile, description_of, recovery_hint
-from haul_ros.recording.telemetry import Message
 
 FLUSH_INTERVAL = 1.0
 """Wall time [s] after which a killed process has lost nothing older."""

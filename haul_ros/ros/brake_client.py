@@ -11,8 +11,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from haul_ros.errors import CommandError
+from haul_ros.messages.channels import DEFAULT_PREFIX, channel_table
 from haul_ros.model.command import Command, CommandKind
-from haul_ros.recording.channels import DEFAULT_PREFIX, channel_table
 from haul_ros.ros.context import ros_client_context
 from haul_ros.ros.publishers import endpoint
 

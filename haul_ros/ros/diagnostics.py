@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from haul_ros.recording.telemetry import DiagnosticStatus
+from haul_ros.messages.encoder import DiagnosticStatus
 from haul_ros.recording.writer import RecorderStatus
 from haul_ros.ros.timing import LoopTiming
 from haul_ros.simulation.session import SessionStatus

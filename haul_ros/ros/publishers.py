@@ -10,8 +10,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos
 
-from haul_ros.recording.channels import Channel
-from haul_ros.recording.telemetry import Message
+from haul_ros.messages.channels import Channel
+from haul_ros.messages.encoder import Message
 
 
 def message_class(msgtype: str) -> Any:

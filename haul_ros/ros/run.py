@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from haul_ros.errors import CommandError
+from haul_ros.messages.cdr import CLOCK, encode_clock
+from haul_ros.messages.channels import EVENT, Channel
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command
 from haul_ros.model.sample import Sample
-from haul_ros.recording.channels import EVENT, Channel
-from haul_ros.recording.encoding import CLOCK, encode_clock
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.diagnostics import RunReport, statuses
 from haul_ros.ros.timing import LoopTiming

@@ -21,10 +21,10 @@ from rclpy.utilities import ok, remove_ros_args
 from std_srvs.srv import SetBool, Trigger
 
 from haul_ros.errors import CommandError, HaulError
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import kernel_is_cached
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.context import ros_node_context
 from haul_ros.ros.errors import RosError

@@ -26,7 +26,7 @@ def consist(document: Document) -> Consist:
     gears = draft_gears(document)
     default_gear = gears[document.data["coupler"]]
     vehicles: list[VehicleType] = []
-    joints: list[DraftGear | None] = []
+    couplers: list[DraftGear | None] = []
     roles: list[tuple[str, int]] = []
     for index, entry in enumerate(document.data["consist"]):
         count = int(entry.get("count", 1))
@@ -38,11 +38,11 @@ def consist(document: Document) -> Consist:
             if "role" in entry:
                 roles.append((entry["role"], len(vehicles)))
             vehicles.append(kinds[entry["vehicle"]])
-            joints.append(None if number % group else gear)
+            couplers.append(None if number % group else gear)
     if not 2 <= len(vehicles) <= MAX_VEHICLES:
         raise document.error(("consist",), f"a train of {len(vehicles)}, must have 2 to {MAX_VEHICLES} vehicles")
     # Nothing is coupled behind the last vehicle.
-    return Consist(tuple(vehicles), tuple(joints[:-1]), _locomotives(document, roles))
+    return Consist(tuple(vehicles), tuple(couplers[:-1]), _locomotives(document, roles))
 
 
 def _locomotives(document: Document, roles: list[tuple[str, int]]) -> tuple[Locomotive, ...]:

@@ -30,7 +30,7 @@ class EventWatch:
         last = len(consist.vehicles) - 1
         self._watched = {last: f"tail, {consist.vehicle_names[last]}"}
         self._watched |= {locomotive.vehicle: locomotive.name for locomotive in consist.locomotives}
-        self._half_slack = np.array([joint.slack / 2.0 if joint else 0.0 for joint in consist.joints])
+        self._half_slack = np.array([gear.slack / 2.0 if gear else 0.0 for gear in consist.couplers])
         self._has_slack = bool(self._half_slack.any())
         self._before = session.sample()
         self._targets = session.brake_targets()

@@ -146,7 +146,7 @@ def simulate(scenario: Scenario) -> CaseResult:
     stop_time = session.stop_time
     return CaseResult(
         extremes=session.extremes(),
-        geared=np.array([joint is not None for joint in scenario.consist.joints], dtype=np.bool_),
+        geared=np.array([gear is not None for gear in scenario.consist.couplers], dtype=np.bool_),
         locomotives=np.array([locomotive.vehicle for locomotive in scenario.consist.locomotives], dtype=np.int64),
         stop_time=math.nan if stop_time is None else stop_time,
         distance=session.travelled,

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.batch import periods

@@ -10,7 +10,7 @@ from haul_ros.analysis.bundle import AnalysisError, analyze, default_folder
 from haul_ros.errors import HaulError
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 
 def test_an_analysis_writes_its_tables_and_figures_into_a_new_folder(run: RecordedRun, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import JointSeries, Recording
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 SECOND = 10**9
 
@@ -54,10 +54,10 @@ def test_the_envelope_is_the_larger_of_compression_and_tension(run: RecordedRun)
 def test_a_gear_is_closed_when_stroke_reaches_its_maximum_and_half_the_slack_in_either_direction(
     scenario: Scenario, run: RecordedRun
 ) -> None:
-    gear = scenario.consist.joints[0]
+    gear = scenario.consist.couplers[0]
     assert gear is not None
     limited = replace(gear, maximum_stroke=0.08, slack=0.01)
-    consist = replace(scenario.consist, joints=(limited,) * 20 + (None,))
+    consist = replace(scenario.consist, couplers=(limited,) * 20 + (None,))
     strokes = np.zeros(21)
     extremes = replace(run.session.extremes(), compression_stroke=strokes.copy(), tension_stroke=strokes.copy())
     assert bottomed_couplers(consist, extremes) == ()

@@ -15,7 +15,7 @@ from haul_ros.recording.reader import Recording, ScalarSeries
 from haul_ros.scenario import load_scenario
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 SECOND = 10**9
 
@@ -63,9 +63,11 @@ def test_the_profile_names_the_locomotives_where_they_are_and_neighbours_once(ru
 
 
 def test_the_profile_shows_strokes_of_draft_gears_only(scenario: Scenario, run: RecordedRun) -> None:
-    joints = list(scenario.consist.joints)
-    joints[3] = joints[8] = None
-    stroke = profile_figure(replace(scenario.consist, joints=tuple(joints)), run.session.extremes(), "train").axes[1]
+    couplers = list(scenario.consist.couplers)
+    couplers[3] = couplers[8] = None
+    stroke = profile_figure(replace(scenario.consist, couplers=tuple(couplers)), run.session.extremes(), "train").axes[
+        1
+    ]
     for line in stroke.get_lines()[:2]:
         assert np.asarray(line.get_xdata()).tolist() == [j for j in range(1, 22) if j not in (4, 9)]
 

@@ -16,7 +16,7 @@ from haul_ros.recording.reader import Recording
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 
 def test_a_peak_names_the_coupler_its_vehicles_and_its_place(scenario: Scenario) -> None:

@@ -11,7 +11,7 @@ from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, w
 from haul_ros.model.scenario import Scenario
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 
 def test_the_table_has_a_row_per_coupler_in_the_units_of_its_heads(scenario: Scenario, run: RecordedRun) -> None:

@@ -11,15 +11,15 @@ import pytest
 
 from haul_ros.analysis.bundle import analyze
 from haul_ros.analysis.envelopes import Thinning, force_history
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import run_file
 from haul_ros.recording.reader import JointSeries, Recording
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
-    from conftest import RecordedRun
+    from tests.analysis.conftest import RecordedRun
 
 
 def series(values: np.ndarray) -> JointSeries:

@@ -10,7 +10,7 @@ from haul_ros.analysis import bundle
 from haul_ros.cli import analyze as analyze_module
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from haul_ros.recording.reader import Recording
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from haul_ros.cli import main as main_module
 from haul_ros.cli.main import build_parser, main
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 def test_the_version_is_that_of_the_package(haul: Haul) -> None:

@@ -11,17 +11,17 @@ import pytest
 from mcap.reader import make_reader
 
 from haul_ros.analysis.replay import session_with_changes
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.radio import TimedLink
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.run import TrainRun
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 SECOND = 10**9
 

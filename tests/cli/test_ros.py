@@ -11,7 +11,7 @@ from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros import node as ros_node
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 @pytest.fixture

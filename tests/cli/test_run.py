@@ -21,7 +21,7 @@ from haul_ros.simulation.batch import Period, periods
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 SECOND = 10**9
 

@@ -7,7 +7,7 @@ from haul_ros.resources import shipped_scenarios
 from haul_ros.scenario import load_scenario
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 def test_every_shipped_scenario_has_a_line(haul: Haul) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 ROOT = Path(__file__).parents[2]
 SWEEP = ("study", "sweep", "--scenario", "short.yaml")

@@ -12,7 +12,7 @@ from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
-    from conftest import Haul
+    from tests.cli.conftest import Haul
 
 
 @pytest.fixture

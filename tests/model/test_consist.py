@@ -37,7 +37,7 @@ def test_locomotives_are_found_by_name() -> None:
     assert TRAIN.locomotive("slave_2") is None
 
 
-@pytest.mark.parametrize("n_joints", [2, 4])
-def test_a_train_has_one_joint_less_than_vehicles(n_joints: int) -> None:
-    with pytest.raises(ValueError, match=f"4 vehicles need 3 joints, not {n_joints}"):
-        Consist(TRAIN.vehicles, (GEAR,) * n_joints, TRAIN.locomotives)
+@pytest.mark.parametrize("n_couplers", [2, 4])
+def test_a_train_has_one_coupler_less_than_vehicles(n_couplers: int) -> None:
+    with pytest.raises(ValueError, match=f"4 vehicles need 3 couplers, not {n_couplers}"):
+        Consist(TRAIN.vehicles, (GEAR,) * n_couplers, TRAIN.locomotives)

@@ -58,11 +58,11 @@ def vehicle(
     return VehicleType("V", mass, length, resistance, shoes, shoe_force, friction, 360e3, tractive_effort)
 
 
-def train_of(vehicles: Sequence[VehicleType], joints: DraftGear | Iterable[DraftGear | None] | None) -> Consist:
-    """Train with one kind of joint, or the joints given, and a locomotive at the head."""
-    if joints is None or isinstance(joints, DraftGear):
-        joints = [joints] * (len(vehicles) - 1)
-    return Consist(tuple(vehicles), tuple(joints), (Locomotive("master", 0),))
+def train_of(vehicles: Sequence[VehicleType], couplers: DraftGear | Iterable[DraftGear | None] | None) -> Consist:
+    """Train with one draft gear everywhere, or with the couplers given, and a locomotive at the head."""
+    if couplers is None or isinstance(couplers, DraftGear):
+        couplers = [couplers] * (len(vehicles) - 1)
+    return Consist(tuple(vehicles), tuple(couplers), (Locomotive("master", 0),))
 
 
 def brake_system(

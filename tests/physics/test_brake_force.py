@@ -7,7 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from physics_cases import (
+
+from haul_ros.model.vehicle import ShoeFriction
+from haul_ros.physics.kernel.brake_force import follow_target
+from haul_ros.physics.train_model import TrainModel, WaveKind
+from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
     brake_system,
@@ -18,10 +22,6 @@ from physics_cases import (
     vehicle,
     wagon_resistance,
 )
-
-from haul_ros.model.vehicle import ShoeFriction
-from haul_ros.physics.kernel.brake_force import follow_target
-from haul_ros.physics.train_model import TrainModel, WaveKind
 
 Coefficient = Callable[[float, float, float], float]
 

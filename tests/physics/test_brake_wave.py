@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from physics_cases import brake_system, linear_gear, model, train_of, vehicle
 
 from haul_ros.physics.train_model import TrainModel, WaveKind
+from tests.physics.physics_cases import brake_system, linear_gear, model, train_of, vehicle
 
 N = 30
 LENGTHS = [32.83, *[12.0] * 13, 32.83, 32.83, *[12.0] * 13, 32.83]

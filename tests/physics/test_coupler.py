@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from physics_cases import assert_converged, gear_forces, history, linear, linear_gear, model, train_of, vehicle
 
 from haul_ros.model.draft_gear import DraftGear, SideCurves
 from haul_ros.model.sample import Sample
@@ -17,6 +16,16 @@ from haul_ros.physics.hinges import side_hinges
 from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel.coupler import coupler_forces
 from haul_ros.physics.train_model import TrainModel
+from tests.physics.physics_cases import (
+    assert_converged,
+    gear_forces,
+    history,
+    linear,
+    linear_gear,
+    model,
+    train_of,
+    vehicle,
+)
 
 # MT-2 gear: 83 mm, 2.27 MN, gives back a fifth (shape of the curves assumed).
 MT2 = SideCurves(

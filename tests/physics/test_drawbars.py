@@ -6,7 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from physics_cases import (
+
+from haul_ros.model.draft_gear import DraftGear
+from haul_ros.model.track import Track
+from haul_ros.model.vehicle import VehicleType
+from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.train_model import TrainModel, WaveKind
+from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
     brake_system,
@@ -18,12 +24,6 @@ from physics_cases import (
     wagon_resistance,
 )
 
-from haul_ros.model.draft_gear import DraftGear
-from haul_ros.model.track import Track
-from haul_ros.model.vehicle import VehicleType
-from haul_ros.physics.energy import energy_balance
-from haul_ros.physics.train_model import TrainModel, WaveKind
-
 GEAR = linear_gear(3e7, 2.7e7)
 HEAVY = vehicle(184e3, length=32.83, shoes=16, shoe_force=30e3, resistance=WAGON_RESISTANCE, tractive_effort=600e3)
 LIGHT = vehicle(60e3, resistance=WAGON_RESISTANCE, shoe_force=20e3)
@@ -34,8 +34,8 @@ TRACK = Track(0.0, ((-1e4, 0.003), (40.0, -0.004), (70.0, 0.0)), ((-100.0, 1 / 5
 
 
 def _train(bar: DraftGear | None, time_step: float = 1e-3) -> TrainModel:
-    joints = [bar if rigid else GEAR for rigid in RIGID]
-    train = model(train_of(VEHICLES, joints), 15.0, brakes=brake_system(wave=100.0), track=TRACK, time_step=time_step)
+    couplers = [bar if rigid else GEAR for rigid in RIGID]
+    train = model(train_of(VEHICLES, couplers), 15.0, brakes=brake_system(wave=100.0), track=TRACK, time_step=time_step)
     train.start_wave(0.5, 0, WaveKind.EMERGENCY)
     return train
 

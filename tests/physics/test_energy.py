@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import pytest
-from physics_cases import WAGON_RESISTANCE, assert_converged, brake_system, linear_gear, model, train_of, vehicle
 
 from haul_ros.model.track import Track
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import TrainModel, WaveKind
 from haul_ros.resources import shipped_scenarios
 from haul_ros.scenario.loader import load_scenario
+from tests.physics.physics_cases import (
+    WAGON_RESISTANCE,
+    assert_converged,
+    brake_system,
+    linear_gear,
+    model,
+    train_of,
+    vehicle,
+)
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from physics_cases import linear, linear_gear, side_force
 
 from haul_ros.model.draft_gear import Curve, DraftGear, SideCurves
 from haul_ros.physics.hinges import side_hinges, stored_energy
+from tests.physics.physics_cases import linear, linear_gear, side_force
 
 INF = float("inf")
 

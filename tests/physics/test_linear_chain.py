@@ -7,7 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from physics_cases import (
+from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
+
+from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.train_model import TrainModel, WaveKind
+from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
     assert_converged,
@@ -19,10 +23,6 @@ from physics_cases import (
     vehicle,
     wagon_resistance,
 )
-from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
-
-from haul_ros.physics.energy import energy_balance
-from haul_ros.physics.train_model import TrainModel, WaveKind
 
 Floats = NDArray[np.float64]
 

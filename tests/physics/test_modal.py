@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from physics_cases import linear_gear, model, train_of, vehicle
 
 from haul_ros.model.draft_gear import DraftGear, SideCurves
 from haul_ros.physics.modal import natural_modes, stiffness_about_rest, stiffness_matrix
+from tests.physics.physics_cases import linear_gear, model, train_of, vehicle
 
 MASS, STIFFNESS = 100e3, 3e7
 
@@ -49,8 +49,8 @@ def test_the_first_mode_is_the_train_as_a_whole() -> None:
 
 def test_rigid_drawbars_make_one_mass_of_several_vehicles() -> None:
     gear = linear_gear(STIFFNESS, STIFFNESS)
-    joints = [None if j % 2 == 0 else gear for j in range(39)]
-    modes = natural_modes(train_of([vehicle(MASS)] * 40, joints))
+    couplers = [None if j % 2 == 0 else gear for j in range(39)]
+    modes = natural_modes(train_of([vehicle(MASS)] * 40, couplers))
     np.testing.assert_allclose(modes.frequencies, chain(20, mass=2 * MASS), rtol=1e-9, atol=1e-12)
     np.testing.assert_array_equal(modes.shapes[:, 0::2], modes.shapes[:, 1::2])
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from physics_cases import WAGON_RESISTANCE, G, linear_gear, model, train_of, vehicle, wagon_resistance
 
 from haul_ros.model.track import Track
 from haul_ros.physics.energy import energy_balance
 from haul_ros.physics.train_model import TrainModel
+from tests.physics.physics_cases import WAGON_RESISTANCE, G, linear_gear, model, train_of, vehicle, wagon_resistance
 
 WAGON = vehicle(resistance=WAGON_RESISTANCE)
 

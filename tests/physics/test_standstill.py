@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from physics_cases import (
+
+from haul_ros.model.track import Track
+from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.train_model import NEWTON_TOLERANCE, TrainModel, WaveKind
+from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
     gear_forces,
@@ -16,10 +20,6 @@ from physics_cases import (
     vehicle,
     wagon_resistance,
 )
-
-from haul_ros.model.track import Track
-from haul_ros.physics.energy import energy_balance
-from haul_ros.physics.train_model import NEWTON_TOLERANCE, TrainModel, WaveKind
 
 WAGON = vehicle(resistance=WAGON_RESISTANCE, tractive_effort=760e3)
 GEAR = linear_gear(3e7, 9e6)

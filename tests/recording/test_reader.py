@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 
 from haul_ros.errors import RecordingError
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording, TopicInfo
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 
 COMMANDS = (

@@ -12,10 +12,10 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2.metadata import parse_qos
 from ruamel.yaml import YAML
 
+from haul_ros.messages.encoder import DiagnosticStatus, Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording.telemetry import DiagnosticStatus, Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 
 

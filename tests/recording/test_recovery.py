@@ -29,12 +29,12 @@ from rosbags.highlevel import AnyReader
 
 from haul_ros import recording as recording_package
 from haul_ros.errors import RecordingError
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import RECOVERING_SUFFIX, recover
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
 from haul_ros.recording.writer import FLUSH_INTERVAL, McapRecorder
 from haul_ros.ros.run import TrainRun
 from haul_ros.scenario import load_scenario
@@ -255,7 +255,7 @@ def test_a_folder_that_becomes_read_only_while_recording_is_told_and_the_file_is
 
 RECORD_UNTIL_KILLED = """
 import pickle, sys, time
-from haul_ros.recording.telemetry import Message, TelemetryEncoder
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder
 
 scenario, messages, path = pickle.load(sys.stdin.buffer)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from ruamel.yaml import YAML
 
-from haul_ros.recording.channels import LATCHED, channel_table
+from haul_ros.messages.channels import LATCHED, channel_table
 from haul_ros.recording.rosbag2_metadata import NO_START_NS, bag_metadata, offered_qos_profiles
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from haul_ros.errors import RecordingError
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.run_file import RunFile, description_of
-from haul_ros.recording.telemetry import TelemetryEncoder
 
 
 def open_file(path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str = "zstd") -> RunFile:

@@ -14,18 +14,18 @@ from typing import Literal
 import pytest
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Attachment, McapRecord, Message, Metadata
+from mcap.records import Attachment, McapRecord, Metadata
+from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 
 from haul_ros import recording as recording_package
 from haul_ros.errors import RecordingError
+from haul_ros.messages.channels import channel_table
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording import telemetry
-from haul_ros.recording.channels import channel_table
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.run_file import RunFile
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.recording.writer import McapRecorder, RecorderStatus
 
 Wait = Callable[[Callable[[], bool]], None]
@@ -40,7 +40,7 @@ class Gate:
         self.open = threading.Event()
         add = RunFile.add
 
-        def gated(file: RunFile, message: telemetry.Message, sequence: int, publish_time_ns: int) -> None:
+        def gated(file: RunFile, message: Message, sequence: int, publish_time_ns: int) -> None:
             self.reached.set()
             assert self.open.wait(30.0)
             add(file, message, sequence, publish_time_ns)
@@ -55,7 +55,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> Iterator[Gate]:
     gate.open.set()
 
 
-def messages_of(path: Path) -> list[tuple[str, Message]]:
+def messages_of(path: Path) -> list[tuple[str, McapMessage]]:
     with path.open("rb") as stream:
         return [(channel.topic, message) for _, channel, message in make_reader(stream).iter_messages()]
 
@@ -140,7 +140,7 @@ def test_a_full_disk_is_told_when_closing_and_does_not_disturb_before(
     channel = encoder.channels.real_time_factor
     recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, when_full=when_full, queue_limit=100)
     for _ in range(20):
-        recorder.put([telemetry.Message(channel, 0, os.urandom(20_000))], 0)
+        recorder.put([Message(channel, 0, os.urandom(20_000))], 0)
     wait_until(lambda: recorder.status.failure is not None)
     for _ in range(200):  # more than the queue holds: it must be emptied all the same
         recorder.put([encoder.real_time_factor(0, 1.0)], 0)
@@ -155,7 +155,7 @@ def test_a_full_disk_is_told_when_closing_and_does_not_disturb_before(
 def test_a_failed_recording_does_not_hide_the_error_of_the_block(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
 ) -> None:
-    message = telemetry.Message(encoder.channels.real_time_factor, 0, os.urandom(200_000))
+    message = Message(encoder.channels.real_time_factor, 0, os.urandom(200_000))
     with (
         pytest.raises(ZeroDivisionError) as caught,
         McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder,
@@ -171,7 +171,7 @@ def test_a_message_of_another_train_is_refused_at_once(
     other = channel_table(["master", "slave_1", "slave_2"])
     recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels)
     with pytest.raises(ValueError, match="/haul/slave_2/applied_brake: not a channel of this recording"):
-        recorder.put([telemetry.Message(other.applied_brake["slave_2"], 0, b"")], 0)
+        recorder.put([Message(other.applied_brake["slave_2"], 0, b"")], 0)
     recorder.close()
     assert recorder.status.written == 0
 
@@ -189,7 +189,7 @@ def test_a_closed_recorder_takes_nothing_and_closes_again(
 WRITE_UNTIL_KILLED = """
 import os, pickle, sys, time
 from haul_ros.recording import writer
-from haul_ros.recording.telemetry import TelemetryEncoder
+from haul_ros.messages.encoder import TelemetryEncoder
 
 scenario, messages = pickle.load(sys.stdin.buffer)
 writer.FLUSH_INTERVAL = 0.01
@@ -233,7 +233,7 @@ def test_a_killed_process_loses_nothing_older_than_the_last_flush(
     assert child.returncode == -signal.SIGKILL
     assert [p.name for p in tmp_path.iterdir()] == ["run.mcap.active"]
     records = records_until_cut_off(tmp_path / "run.mcap.active")
-    assert [r.data for r in records if isinstance(r, Message)] == [message.data for message in messages]
+    assert [r.data for r in records if isinstance(r, McapMessage)] == [message.data for message in messages]
     assert [r.name for r in records if isinstance(r, Metadata)] == ["rosbag2", "haul_ros"]
     assert [r.data.decode() for r in records if isinstance(r, Attachment)] == [scenario.document]
     with pytest.raises(RecordingError, match=r"run\.mcap\.active: unfinished: its recorder still writes or was killed"):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from live_node import LiveNode, Observer
+    from tests.ros.live_node import LiveNode, Observer
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -27,7 +27,7 @@ def own_ros_domain() -> Iterator[None]:
 @pytest.fixture
 def observer(own_ros_domain: None) -> Iterator[Observer]:
     """A participant on the test's side."""
-    from live_node import Observer
+    from tests.ros.live_node import Observer
 
     observer = Observer()
     yield observer
@@ -37,7 +37,7 @@ def observer(own_ros_domain: None) -> Iterator[Observer]:
 @pytest.fixture
 def start_node(tmp_path: Path) -> Iterator[Callable[..., LiveNode]]:
     """Starts nodes: parameters by name (dots as ``__``), all of them gone after the test."""
-    from live_node import LiveNode
+    from tests.ros.live_node import LiveNode
 
     nodes: list[LiveNode] = []
     folder = tmp_path / "run"

@@ -19,8 +19,8 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool, Trigger
 
 import haul_ros
+from haul_ros.messages.channels import Channel, channel_table
 from haul_ros.model.command import Command, CommandKind
-from haul_ros.recording.channels import Channel, channel_table
 from haul_ros.ros.publishers import endpoint
 
 WAIT = 120.0

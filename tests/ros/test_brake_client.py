@@ -10,15 +10,14 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from live_node import TABLE, WAIT
-
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.brake_client import publish_command
+from tests.ros.live_node import TABLE, WAIT
 
 if TYPE_CHECKING:
-    from live_node import LiveNode, Observer
+    from tests.ros.live_node import LiveNode, Observer
 
 
 def test_commands_arrive_at_the_node_in_their_order(start_node: Callable[..., LiveNode], observer: Observer) -> None:

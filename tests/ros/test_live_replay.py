@@ -11,18 +11,18 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from live_node import TABLE
 from mcap.reader import make_reader
 
+from haul_ros.messages.cdr import decode_bool, decode_float64
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
-from haul_ros.recording.encoding import decode_bool, decode_float64
 from haul_ros.recording.reader import Recording
-from haul_ros.recording.telemetry import TelemetryEncoder
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.session import Session
+from tests.ros.live_node import TABLE
 
 if TYPE_CHECKING:
-    from live_node import LiveNode, Observer
+    from tests.ros.live_node import LiveNode, Observer
 
 COMMANDS = {
     channel.topic: (locomotive, kind)

@@ -12,14 +12,13 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from live_node import TABLE, Couplers
-
 from haul_ros.model.command import CommandKind
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.node import main
+from tests.ros.live_node import TABLE, Couplers
 
 if TYPE_CHECKING:
-    from live_node import LiveNode, Observer
+    from tests.ros.live_node import LiveNode, Observer
 
     StartNode = Callable[..., LiveNode]
 

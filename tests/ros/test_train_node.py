@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from live_node import LOCOMOTIVES, TABLE, Couplers
 from mcap.reader import make_reader
 
 from haul_ros.model.command import Command, CommandKind
@@ -20,9 +19,10 @@ from haul_ros.recording.reader import Recording
 from haul_ros.ros.run import CLOCK_CHANNEL
 from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.units import seconds_to_ns
+from tests.ros.live_node import LOCOMOTIVES, TABLE, Couplers
 
 if TYPE_CHECKING:
-    from live_node import LiveNode, Observer
+    from tests.ros.live_node import LiveNode, Observer
 
     StartNode = Callable[..., LiveNode]
 

@@ -27,14 +27,14 @@ def test_slaves_are_numbered_from_the_head_wherever_the_master_is():
 
 def test_drawbars_lie_inside_the_groups_only():
     consist = _consist("vehicle: SS4, role: master", "vehicle: C80, count: 6, drawbar_group: 3", "vehicle: SS4")
-    assert [joint is None for joint in consist.joints] == [False, True, True, False, True, True, False]
+    assert [gear is None for gear in consist.couplers] == [False, True, True, False, True, True, False]
 
 
 def test_an_entry_may_have_its_own_coupler_behind_each_vehicle():
     consist = _consist(
         "vehicle: SS4, role: master", "vehicle: C80, count: 4, coupler: MT-2, drawbar_group: 2", "vehicle: SS4"
     )
-    assert [joint and joint.name for joint in consist.joints] == ["paper_set_b", None, "MT-2", None, "MT-2"]
+    assert [gear and gear.name for gear in consist.couplers] == ["paper_set_b", None, "MT-2", None, "MT-2"]
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_one_slave_may_differ_from_the_default_link():
 def test_a_catalogue_value_is_replaced_for_this_run_and_called_so():
     key = "couplers.paper_set_b.loading_stiffness_kN_per_mm"
     scenario = load_scenario("daqin_1_2_1", {key: 40})
-    assert scenario.consist.joints[0].compression.loading == ((0.0, 0.0), (1.0, 40e6))
+    assert scenario.consist.couplers[0].compression.loading == ((0.0, 0.0), (1.0, 40e6))
     assert "couplers.paper_set_b: loading_stiffness_kN_per_mm overridden; other values fitted" in scenario.caveats
     assert _equal_again(scenario)
 
@@ -70,14 +70,14 @@ def test_a_nested_catalogue_value_is_replaced():
 
 def test_naming_another_catalogue_entry_takes_it_over():
     scenario = load_scenario("daqin_1_2_1", {"coupler": "MT-2", "vehicles.C80.brake_shoe": "low_friction_composite"})
-    assert {joint.name for joint in scenario.consist.joints} == {"MT-2"}
+    assert {gear.name for gear in scenario.consist.couplers} == {"MT-2"}
     assert "paper_set_b: {loading" not in scenario.document
     assert _equal_again(scenario)
 
 
 def test_an_entry_can_be_named_and_altered_in_any_order():
     scenario = load_scenario("daqin_1_2_1", {"couplers.MT-2.slack_mm": 10, "coupler": "MT-2"})
-    assert scenario.consist.joints[0].slack == pytest.approx(0.01)
+    assert scenario.consist.couplers[0].slack == pytest.approx(0.01)
 
 
 def test_a_whole_list_is_replaced():

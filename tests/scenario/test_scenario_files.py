@@ -46,7 +46,7 @@ def test_a_shipped_scenario_has_its_formation(name):
     vehicles, drawbars, locomotives = FORMATIONS[name]
     assert scenario.name == name
     assert len(scenario.consist.vehicles) == vehicles
-    assert sum(joint is None for joint in scenario.consist.joints) == drawbars
+    assert sum(gear is None for gear in scenario.consist.couplers) == drawbars
     assert len(scenario.consist.locomotives) == locomotives
     assert mps_to_kmh(scenario.initial_speed) == pytest.approx(63.7 if name.startswith("validation") else 80.0)
     assert [(c.time, c.command.locomotive, c.command.kind.value) for c in scenario.commands] == [
@@ -73,9 +73,9 @@ def test_the_train_1_2_1_weighs_and_measures_what_its_vehicles_do():
 
 
 def test_rigid_pairs_are_wagons_joined_two_and_two():
-    joints = load_scenario("daqin_1_2_1_rigid_pairs").consist.joints
-    assert [joint is None for joint in joints[:5]] == [False, True, False, True, False]
-    assert [joint is None for joint in joints[100:108]] == [False, True, False, False, False, True, False, True]
+    couplers = load_scenario("daqin_1_2_1_rigid_pairs").consist.couplers
+    assert [gear is None for gear in couplers[:5]] == [False, True, False, True, False]
+    assert [gear is None for gear in couplers[100:108]] == [False, True, False, False, False, True, False, True]
 
 
 def test_every_fitted_or_assumed_entry_that_a_scenario_uses_is_a_caveat():

@@ -6,12 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from haul_ros.model.command import Command, CommandKind
-from haul_ros.model.consist import Consist
-from haul_ros.model.event import Event, EventKind
-from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
-from haul_ros.recording.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
-from haul_ros.recording.encoding import (
+from haul_ros.messages.cdr import (
     ArrayCodec,
     JointStateCodec,
     encode_bool,
@@ -20,6 +15,11 @@ from haul_ros.recording.encoding import (
     new_message,
     serialize,
 )
+from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.consist import Consist
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.units import NS_PER_S
 
 LOGGER = "haul."

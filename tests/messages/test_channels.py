@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 from rosbags.interfaces import QosDurability
 
-from haul_ros.recording.channels import channel_table
-from haul_ros.recording.encoding import typestore
+from haul_ros.messages.cdr import typestore
+from haul_ros.messages.channels import channel_table
 
 TABLE = channel_table(["master", "slave_1", "slave_2"])
 

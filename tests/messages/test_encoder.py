@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from haul_ros.messages.cdr import typestore
+from haul_ros.messages.encoder import DiagnosticStatus, Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import CouplerExtremes, Sample
-from haul_ros.recording.encoding import typestore
-from haul_ros.recording.telemetry import DiagnosticStatus, Message, TelemetryEncoder
 
 
 def decoded(message: Message) -> Any:

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haul_ros.recording.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
-from haul_ros.recording.encoding import (
+from haul_ros.messages.cdr import (
     CLOCK,
     ArrayCodec,
     JointStateCodec,
@@ -18,6 +17,7 @@ from haul_ros.recording.encoding import (
     encode_float64,
     typestore,
 )
+from haul_ros.messages.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
 
 NAMES = {
     "none": [],

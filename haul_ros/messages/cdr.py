@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from haul_ros.messages.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
 from haul_ros.model.sample import FloatArray
-from haul_ros.recording.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
 from haul_ros.units import NS_PER_S
 
 CLOCK = "rosgraph_msgs/msg/Clock"
