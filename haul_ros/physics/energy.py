@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from haul_ros.physics.hinges import stored_energy
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.train_model import TrainModel
 
 
@@ -48,14 +47,15 @@ class EnergyBalance:
 def energy_balance(model: TrainModel) -> EnergyBalance:
     """Energy balance of a train from its start to the present time."""
     train = model.train
-    stored = float(sum(stored_energy(g, s) for g, s in zip(model.gears, train.connections[a.STROKE], strict=True)))
+    vehicles, gears = train.vehicles, train.gears
+    stored = float(sum(stored_energy(gear, stroke) for gear, stroke in zip(model.gears, gears.stroke, strict=True)))
     return EnergyBalance(
         kinetic_start=model.initial_kinetic_energy,
         kinetic=model.kinetic_energy,
-        brake_work=float(np.sum(train.vehicles[a.BRAKE_WORK])),
-        resistance_work=float(np.sum(train.vehicles[a.RESISTANCE_WORK])),
-        gravity_work=float(np.sum(train.vehicles[a.GRAVITY_WORK])),
-        traction_work=float(np.sum(train.vehicles[a.TRACTION_WORK])),
+        brake_work=float(np.sum(vehicles.brake_work)),
+        resistance_work=float(np.sum(vehicles.resistance_work)),
+        gravity_work=float(np.sum(vehicles.gravity_work)),
+        traction_work=float(np.sum(vehicles.traction_work)),
         gear_stored=stored,
-        gear_dissipated=float(np.sum(train.connections[a.WORK])) - stored,
+        gear_dissipated=float(np.sum(gears.work)) - stored,
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from haul_ros.model.consist import Consist
 from haul_ros.model.draft_gear import Curve, DraftGear
+from haul_ros.physics.lumping import lump
 
 Floats = NDArray[np.float64]
 
@@ -51,15 +52,13 @@ def stiffness_matrix(stiffness: Floats) -> Floats:
 
 def natural_modes(consist: Consist) -> Modes:
     """Solve ``(K - omega^2 M) u = 0`` for the train, couplers near stroke 0 (paper eqs. 8 to 12)."""
-    flexible = [j for j, gear in enumerate(consist.couplers) if gear is not None]
-    stiffness = np.array([stiffness_about_rest(gear) for gear in consist.couplers if gear is not None])
-    bounds = [0, *(j + 1 for j in flexible), len(consist.vehicles)]
-    mass = np.add.reduceat(np.array([vehicle.mass for vehicle in consist.vehicles]), bounds[:-1])
+    lumped = lump(consist)
+    stiffness = np.array([stiffness_about_rest(gear) for gear in lumped.gears])
     # M^-1/2 K M^-1/2 is symmetric and has the same eigenvalues as M^-1 K.
-    scale = 1.0 / np.sqrt(mass)
+    scale = 1.0 / np.sqrt(lumped.mass)
     eigenvalues, vectors = np.linalg.eigh(scale[:, None] * stiffness_matrix(stiffness) * scale)
     frequencies = np.sqrt(np.maximum(eigenvalues, 0.0)) / (2.0 * np.pi)
     frequencies[0] = 0.0  # nothing holds the train: what is left there is rounding
     shapes = (scale[:, None] * vectors).T
     shapes *= np.where(shapes[:, :1] < 0.0, -1.0, 1.0)
-    return Modes(frequencies, np.repeat(shapes, np.diff(bounds), axis=1))
+    return Modes(frequencies, shapes[:, lumped.mass_index])

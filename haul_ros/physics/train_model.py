@@ -10,27 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
-from haul_ros.model.draft_gear import DraftGear
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.track import Track
-from haul_ros.physics.hinges import side_hinges
-from haul_ros.physics.kernel import arrays as a
+from haul_ros.physics.assembly import assemble, with_room_for_waves
+from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
-from haul_ros.physics.kernel.newmark import LEAST_FRICTION
-from haul_ros.units import GRAVITY, seconds_to_ns
-
-CURVE_RESISTANCE = 600.0 / 1000.0
-"""Resistance of a curve times its radius [m]: 600/R N per kN (TB/T 1407-1998)."""
+from haul_ros.physics.kernel.blocks import Blocks, Train, named
+from haul_ros.physics.lumping import lump
+from haul_ros.units import seconds_to_ns
 
 NEWTON_TOLERANCE = 1e-3
 """Force residual [N] at which a step counts as converged."""
-
-_NEVER_REACHED = 1e9
-"""Stroke [m] of hinges that only fill up the array; finite, for 0 times infinity is not a number."""
-
-_ROOM_FOR_WAVES = 64
-"""Brake waves under way at one time, to begin with."""
 
 Floats = NDArray[np.float64]
 
@@ -43,10 +34,10 @@ def kernel_is_cached() -> bool:
 class WaveKind(enum.IntEnum):
     """What a brake wave tells the vehicles that it reaches."""
 
-    SERVICE = a.SERVICE
-    RELEASE = a.RELEASE
-    EMERGENCY = a.EMERGENCY
-    EMERGENCY_RELEASE = a.EMERGENCY_RELEASE
+    SERVICE = data.SERVICE
+    RELEASE = data.RELEASE
+    EMERGENCY = data.EMERGENCY
+    EMERGENCY_RELEASE = data.EMERGENCY_RELEASE
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,58 +65,6 @@ def _brake_speeds(brakes: BrakeSystem) -> dict[WaveKind, float]:
     }
 
 
-def _hinge_array(gears: list[DraftGear]) -> Floats:
-    """Hinges (3, 2, h, c) of the curves, padded with hinges that are never reached."""
-    by_gear = {
-        gear: {a.COMPRESSION: side_hinges(gear, gear.compression), a.TENSION: side_hinges(gear, gear.tension)}
-        for gear in set(gears)
-    }
-    n_hinges = max((len(side[0]) for sides in by_gear.values() for side in sides.values()), default=1)
-    hinges = np.zeros((3, 2, n_hinges, len(gears)))
-    hinges[a.KNOT] = _NEVER_REACHED
-    for c, gear in enumerate(gears):
-        for side, (knots, loading, unloading) in by_gear[gear].items():
-            hinges[a.KNOT, side, : len(knots), c] = knots
-            hinges[a.HINGE_MEAN, side, : len(knots), c] = (loading + unloading) / 2.0
-            hinges[a.HINGE_GAP, side, : len(knots), c] = (loading - unloading) / 2.0
-    return hinges
-
-
-def _vehicle_array(consist: Consist) -> Floats:
-    rows = np.zeros((a.N_VEHICLE_ROWS, len(consist.vehicles)))
-    for i, vehicle in enumerate(consist.vehicles):
-        resistance, friction = vehicle.resistance, vehicle.friction
-        weight = vehicle.mass * GRAVITY
-        lowest = resistance.minimum_speed
-        at_lowest = resistance.constant + (resistance.linear + resistance.quadratic * lowest) * lowest
-        column = {
-            a.VEHICLE_MASS: vehicle.mass,
-            a.WEIGHT: weight,
-            a.OFFSET: consist.centre_offsets[i],
-            a.RESISTANCE_CONSTANT: weight * resistance.constant,
-            a.RESISTANCE_LINEAR: weight * resistance.linear,
-            a.RESISTANCE_QUADRATIC: weight * resistance.quadratic,
-            a.RESISTANCE_LOWEST_SPEED: lowest,
-            a.RESISTANCE_STANDING: weight * max(resistance.starting, at_lowest),
-            a.SHOES: vehicle.shoes,
-            a.SHOE_FORCE: vehicle.shoe_force,
-            a.FRICTION_SCALE: friction.scale,
-            a.FRICTION_K_OFFSET: friction.k_offset,
-            a.FRICTION_K_GAIN: friction.k_gain,
-            a.FRICTION_N_SLOPE: friction.n_slope / friction.d_offset,
-            a.FRICTION_N_OFFSET: friction.n_offset / friction.d_offset,
-            a.FRICTION_D_SLOPE: friction.d_slope / friction.d_offset,
-            a.FRICTION_V0_SLOPE: friction.v0_slope,
-            a.FRICTION_V0_REFERENCE: friction.v0_reference,
-        }
-        rows[list(column), i] = list(column.values())
-    return rows
-
-
-def _rate(share: float, time: float) -> float:
-    return share / time if time > 0.0 else np.inf
-
-
 class TrainModel:
     """Longitudinal dynamics of one train.
 
@@ -151,82 +90,47 @@ class TrainModel:
     ) -> None:
         self.consist = consist
         self._wave_speeds = _brake_speeds(brakes)
-        self._rigid = np.array([gear is None for gear in consist.couplers], dtype=bool)
+        self._time_step = time_step
+        self._start_chainage = (track or Track()).start_chainage
         self._cylinder_pressure = np.array([v.cylinder_pressure for v in consist.vehicles])
-        speeds = np.asarray(initial_speed, dtype=np.float64)
-        self._train = self._build(consist, brakes, track or Track(), speeds, time_step, tolerance)
-        advance(self._train, 0)
-        self.gears = [gear for gear in consist.couplers if gear is not None]
+        lumped = lump(consist)
+        self._rigid = lumped.rigid
+        self.gears = lumped.gears
+        """The draft gears, in the order of the couplers that have one."""
+        self._use(
+            assemble(
+                consist,
+                lumped,
+                brakes,
+                track or Track(),
+                initial_speed=np.asarray(initial_speed, dtype=np.float64),
+                time_step=time_step,
+                tolerance=tolerance,
+            )
+        )
+        advance(self._blocks, 0)
         self.initial_kinetic_energy = self.kinetic_energy
 
-    @staticmethod
-    def _build(
-        consist: Consist, brakes: BrakeSystem, track: Track, initial_speed: Floats, time_step: float, tolerance: float
-    ) -> a.Train:
-        flexible = [j for j, gear in enumerate(consist.couplers) if gear is not None]
-        gears = [gear for gear in consist.couplers if gear is not None]
-        bounds = [0, *(j + 1 for j in flexible), len(consist.vehicles)]
-
-        settings = np.zeros(1, a.SETTINGS)
-        build_up = brakes.build_up
-        settings["time_step"] = time_step
-        settings["tolerance"] = tolerance
-        settings["knee"] = build_up.knee
-        settings["rate_to_knee"] = _rate(build_up.knee, build_up.knee_time)
-        settings["rate_from_knee"] = _rate(1.0 - build_up.knee, build_up.full_time - build_up.knee_time)
-        settings["rate_service"] = _rate(brakes.full_service, build_up.service_time)
-        settings["rate_release"] = _rate(1.0, build_up.release_time)
-        settings["friction_follows_pressure"] = build_up.friction_follows_pressure
-        settings["start_chainage"] = track.start_chainage
-        settings["has_line"] = bool(track.grades or track.curves)
-        settings["has_stops"] = any(np.isfinite(gear.maximum_stroke) for gear in gears)
-        settings["has_drawbars"] = len(gears) < len(consist.couplers)
-
-        vehicles = _vehicle_array(consist)
-        members = np.array([bounds[:-1], bounds[1:]], dtype=np.int64)
-        masses = np.zeros((a.N_MASS_ROWS, len(bounds) - 1))
-        masses[a.MASS] = np.add.reduceat(vehicles[a.VEHICLE_MASS], bounds[:-1])
-        masses[a.VELOCITY] = initial_speed
-        masses[a.DIRECTION] = np.sign(initial_speed)
-        counters = np.zeros(1, a.COUNTERS)
-        counters["last_motion_step"] = 0 if masses[a.DIRECTION].any() else -1
-        places = np.full((3, len(consist.vehicles)), -1, dtype=np.int64)
-        places[a.MASS_INDEX] = np.repeat(np.arange(masses.shape[1]), np.diff(bounds))
-
-        connections = np.zeros((a.N_CONNECTION_ROWS, len(gears)))
-        connections[a.INVERSE_TRANSITION_SPEED] = [1.0 / gear.transition_speed for gear in gears]
-        connections[a.FULL_STROKE] = [gear.maximum_stroke + gear.slack / 2.0 for gear in gears]
-        connections[a.BOTTOMED_TIME] = np.nan
-
-        return a.Train(
-            settings=settings,
-            counters=counters,
-            masses=masses,
-            connections=connections,
-            vehicles=vehicles,
-            members=members,
-            places=places,
-            hinges=_hinge_array(gears),
-            waves=np.zeros(_ROOM_FOR_WAVES, a.WAVE),
-            grades=np.array(list(track.grades), a.LINE_STEP),
-            curves=np.array([(at, CURVE_RESISTANCE * k) for at, k in track.curves], a.LINE_STEP),
-        )
+    def _use(self, blocks: Blocks) -> None:
+        self._blocks = blocks
+        self._train = named(blocks)
+        self._step = self._train.counters.step
 
     # -- running ---------------------------------------------------------------------------------
 
     def advance(self, n_steps: int) -> None:
         """Advance by ``n_steps`` time steps. Releases the GIL."""
-        advance(self._train, n_steps)
+        advance(self._blocks, n_steps)
 
     @property
     def step(self) -> int:
         """Time steps done."""
-        return int(self._train.counters["step"][0])
+        return int(self._step[0])
 
     @property
     def time_step(self) -> float:
         """Step of the Newmark method [s]."""
-        return float(self._train.settings["time_step"][0])
+        return self._time_step
 
     @property
     def time(self) -> float:
@@ -241,136 +145,116 @@ class TrainModel:
         ``level`` is the cylinder pressure that a service application or a release asks for, as a
         fraction of emergency pressure.
         """
-        n = int(self._train.counters["waves"][0])
+        counters = self._train.counters[0]
+        n = int(counters.waves)
         if n == len(self._train.waves):
-            more = np.concatenate((self._train.waves, np.zeros(n, a.WAVE)))
-            self._train = self._train._replace(waves=more)
-        serial = self._train.counters["waves_started"][0] + 1
+            self._use(with_room_for_waves(self._blocks))
+        serial = counters.waves_started + 1
         self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, serial, vehicle, vehicle, vehicle + 1)
-        self._train.counters["waves_started"] = serial
-        self._train.counters["waves"] = n + 1
+        counters.waves_started = serial
+        counters.waves = n + 1
 
     def set_traction(self, vehicle: int, force: float) -> None:
         """Set the tractive effort [N] of a vehicle from the present time on."""
-        masses, vehicles = self._train.masses, self._train.vehicles
-        m = self._train.places[a.MASS_INDEX, vehicle]
-        change = force - vehicles[a.TRACTION, vehicle]
-        if change == 0.0:
-            return
-        vehicles[[a.TRACTION, a.NEW_TRACTION], vehicle] = force
-        self._train.settings["has_traction"] = True
-        # The force jumps at this instant: the next step starts from what holds after the jump.
-        masses[a.PUSH, m] += change
-        if masses[a.DIRECTION, m] != 0:
-            masses[a.ACCELERATION, m] += change / masses[a.MASS, m]
-        else:
-            members = slice(*self._train.members[:, m])
-            # Held by a share of its friction; what is more than all of it sets the mass in motion.
-            friction = masses[a.FRICTION, m]
-            share = float(np.clip(masses[a.PUSH, m] / max(friction, LEAST_FRICTION), -1.0, 1.0))
-            if abs(masses[a.PUSH, m]) > friction:
-                masses[a.ACCELERATION, m] = (masses[a.PUSH, m] - share * friction) / masses[a.MASS, m]
-            vehicles[a.BRAKE_FORCE, members] = share * vehicles[a.NEW_BRAKE, members]
-            vehicles[a.RESISTANCE_FORCE, members] = share * vehicles[a.NEW_RESISTANCE, members]
+        self._train.vehicles.traction_demand[vehicle] = force
+        advance(self._blocks, 0)
 
-    # -- looking ---------------------------------------------------------------------------------
+    # -- observing ---------------------------------------------------------------------------------
 
     @property
     def at_standstill(self) -> bool:
         """Every vehicle stands, held by friction."""
-        return not self._train.masses[a.DIRECTION].any()
+        return not self._train.masses.direction.any()
 
     @property
     def brakes_settled(self) -> bool:
         """No brake wave is under way and no brake cylinder filling or emptying."""
-        return self._train.counters["waves"][0] == 0 and not self._train.vehicles[a.FILLING].any()
+        return self._train.counters[0].waves == 0 and not self._train.brakes.filling.any()
 
     def in_emergency(self, vehicle: int) -> bool:
         """An emergency wave has reached a vehicle, and none that ends it."""
-        return bool(self._train.vehicles[a.LATCHED, vehicle])
+        return bool(self._train.brakes.latched[vehicle])
 
     @property
     def stop_time(self) -> float:
         """When the last vehicle came to rest [s], to a time step; 0 if none moved. For a standing train."""
-        return float(self._train.counters["last_motion_step"][0] + 1) * self.time_step
+        return float(self._train.counters[0].last_motion_step + 1) * self.time_step
 
     @property
     def speed(self) -> Floats:
         """Speed of every vehicle (n_vehicles,) [m/s]; a copy."""
-        return self._by_vehicle(a.VELOCITY)
+        return self._train.masses.velocity[self._train.mass_index]
 
     @property
     def displacement(self) -> Floats:
-        """Way of every vehicle since the start (n_vehicles,) [m]; a copy."""
-        return self._by_vehicle(a.DISPLACEMENT)
+        """Travelled distance of every vehicle since the start (n_vehicles,) [m]; a copy."""
+        return self._train.masses.displacement[self._train.mass_index]
 
     @property
     def acceleration(self) -> Floats:
         """Acceleration of every vehicle (n_vehicles,) [m/s^2]; a copy."""
-        return self._by_vehicle(a.ACCELERATION)
+        return self._train.masses.acceleration[self._train.mass_index]
 
     @property
     def kinetic_energy(self) -> float:
         """Kinetic energy of the whole train [J]."""
-        masses = self._train.masses
-        return float(np.sum(0.5 * masses[a.MASS] * masses[a.VELOCITY] ** 2))
+        return float(np.sum(0.5 * self._train.mass_parameters.mass * self._train.masses.velocity**2))
 
     def brake_target(self, vehicle: int) -> float:
         """What the brake of a vehicle was last told to reach, as a fraction of emergency pressure."""
-        return float(self._train.vehicles[a.TARGET, vehicle])
+        return float(self._train.brakes.target[vehicle])
 
     @property
     def brake_targets(self) -> Floats:
         """`brake_target` of every vehicle (n_vehicles,); a copy."""
-        return np.array(self._train.vehicles[a.TARGET])
+        return self._train.brakes.target.copy()
 
     @property
     def bottomed_times(self) -> Floats:
         """When each gear first closed fully (n_couplers,) [s], NaN: never; a copy."""
         bottomed = np.full(len(self._rigid), np.nan)
-        bottomed[~self._rigid] = self._train.connections[a.BOTTOMED_TIME]
+        bottomed[~self._rigid] = self._train.gear_extremes.bottomed_time
         return bottomed
 
     @property
-    def train(self) -> a.Train:
+    def train(self) -> Train:
         """The arrays that the kernel works on, for energy balance and tests; not to be written."""
         return self._train
 
-    def _by_vehicle(self, row: int) -> Floats:
-        return np.asarray(self._train.masses[row, self._train.places[a.MASS_INDEX]])
-
-    def _by_coupler(self, flexible: int, rigid: int | None = None) -> Floats:
+    def _by_coupler(self, of_gears: Floats, of_drawbars: Floats | None = None) -> Floats:
+        """Values of the draft gears and of the drawbars in one array (n_couplers,); without values of these 0."""
         values = np.zeros(len(self._rigid))
-        values[~self._rigid] = self._train.connections[flexible]
-        if rigid is not None:
-            values[self._rigid] = self._train.vehicles[rigid, :-1][self._rigid]
+        values[~self._rigid] = of_gears
+        if of_drawbars is not None:
+            values[self._rigid] = of_drawbars[:-1][self._rigid]
         return values
 
     def sample(self) -> Sample:
         """The present state, as published and recorded."""
-        vehicles = self._train.vehicles
-        start = self._train.settings["start_chainage"][0]
+        train, gears = self._train, self._train.gears
+        free_chainage = self._start_chainage - train.vehicle_parameters.centre_offset
         return Sample(
             step=self.step,
             time_ns=seconds_to_ns(self.time),
-            stroke=self._by_coupler(a.STROKE),
-            stroke_rate=self._by_coupler(a.STROKE_RATE),
-            coupler_force=self._by_coupler(a.FORCE, a.BAR_FORCE),
-            chainage=start - vehicles[a.OFFSET] + self.displacement,
+            stroke=self._by_coupler(gears.stroke),
+            stroke_rate=self._by_coupler(gears.stroke_rate),
+            coupler_force=self._by_coupler(gears.force, train.drawbars.force),
+            chainage=free_chainage + self.displacement,
             speed=self.speed,
-            brake_force=vehicles[a.BRAKE_FORCE].copy(),
-            cylinder_pressure=vehicles[a.FRACTION] * self._cylinder_pressure,
+            brake_force=train.vehicles.brake_force.copy(),
+            cylinder_pressure=train.brakes.fraction * self._cylinder_pressure,
         )
 
     def extremes(self) -> CouplerExtremes:
         """Largest coupler forces and strokes since the start."""
+        gears, drawbars = self._train.gear_extremes, self._train.drawbar_extremes
         return CouplerExtremes(
-            compression=self._by_coupler(a.MAX_COMPRESSION, a.BAR_COMPRESSION),
-            compression_time=self._by_coupler(a.MAX_COMPRESSION_TIME, a.BAR_COMPRESSION_TIME),
-            tension=self._by_coupler(a.MAX_TENSION, a.BAR_TENSION),
-            tension_time=self._by_coupler(a.MAX_TENSION_TIME, a.BAR_TENSION_TIME),
-            compression_stroke=self._by_coupler(a.MAX_COMPRESSION_STROKE),
-            tension_stroke=self._by_coupler(a.MAX_TENSION_STROKE),
+            compression=self._by_coupler(gears.compression, drawbars.compression),
+            compression_time=self._by_coupler(gears.compression_time, drawbars.compression_time),
+            tension=self._by_coupler(gears.tension, drawbars.tension),
+            tension_time=self._by_coupler(gears.tension_time, drawbars.tension_time),
+            compression_stroke=self._by_coupler(gears.compression_stroke),
+            tension_stroke=self._by_coupler(gears.tension_stroke),
             bottomed_time=self.bottomed_times,
         )
 
@@ -378,10 +262,10 @@ class TrainModel:
         """How the steps went since the start."""
         counters = self._train.counters[0]
         return StepStatistics(
-            steps=int(counters["step"]),
-            newton_iterations=int(counters["newton_total"]),
-            newton_iterations_max=int(counters["newton_max"]),
-            fallback_steps=int(counters["fallback_steps"]),
-            unconverged_steps=int(counters["unconverged_steps"]),
-            worst_residual=float(counters["worst_residual"]),
+            steps=int(counters.step),
+            newton_iterations=int(counters.newton_total),
+            newton_iterations_max=int(counters.newton_max),
+            fallback_steps=int(counters.fallback_steps),
+            unconverged_steps=int(counters.unconverged_steps),
+            worst_residual=float(counters.worst_residual),
         )

@@ -13,7 +13,6 @@ from haul_ros.model.draft_gear import DraftGear, SideCurves
 from haul_ros.model.sample import Sample
 from haul_ros.physics.energy import energy_balance
 from haul_ros.physics.hinges import side_hinges
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel.coupler import coupler_forces
 from haul_ros.physics.train_model import TrainModel
 from tests.physics.physics_cases import (
@@ -76,16 +75,17 @@ def test_the_tangent_is_the_derivative_of_the_force_by_the_stroke_rate_at_the_en
     random = np.random.default_rng(1)
     compared = 0
     for _ in range(300):
-        kernel = model(pair, 0.0, time_step=time_step).train
-        kernel.connections[a.STROKE, 0] = random.uniform(-0.06, 0.06)
-        kernel.connections[a.STROKE_RATE, 0] = random.uniform(-0.2, 0.2)
+        train = model(pair, 0.0, time_step=time_step).train
+        train.gears.stroke[0] = random.uniform(-0.06, 0.06)
+        train.gears.stroke_rate[0] = random.uniform(-0.2, 0.2)
         rate = random.choice([0.02, 0.2]) * random.uniform(-1.0, 1.0)
         forces, tangents = [], []
         for shift in (-change, 0.0, change):
-            kernel.masses[a.NEW_VELOCITY] = [3.0, 3.0 + rate + shift]
-            coupler_forces(kernel.masses, kernel.connections, kernel.hinges, time_step)
-            forces.append(float(kernel.connections[a.NEW_FORCE, 0]))
-            tangents.append(float(kernel.connections[a.TANGENT, 0]))
+            velocity = np.array([3.0, 3.0 + rate + shift])
+            trial = train.gear_trial
+            coupler_forces(velocity, train.gear_parameters, train.hinges, train.gears, trial, time_step)
+            forces.append(float(trial.force[0]))
+            tangents.append(float(trial.tangent[0]))
         if tangents[0] == pytest.approx(tangents[2], rel=1e-4, abs=1e-3):  # no kink of the law between
             assert tangents[1] == pytest.approx((forces[2] - forces[0]) / (2 * change), rel=1e-4, abs=1.0)
             compared += 1

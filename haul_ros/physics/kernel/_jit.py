@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba import config
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 # No test for a zero divisor at each division: a quotient that is not a number shows in the residual.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True}
+# Without numba's runtime nothing can be allocated, and no reference to an array is counted.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
 
 @cache
@@ -29,7 +31,7 @@ def inner(function: _Function) -> _Function:
     """Compile a function that only other compiled functions call.
 
     No fast-math anywhere: without reassociation and contraction the same run gives the same bits
-    on every x86-64 machine.
+    on every x86-64 machine, compiled or, with ``NUMBA_DISABLE_JIT=1``, interpreted.
     """
     compiled: _Function = numba.njit(**_OPTIONS)(function)
     return compiled
@@ -50,6 +52,11 @@ def entry(function: _Function) -> _Function:
 
 
 def is_cached(function: Any) -> bool:
-    """Whether the machine code of an entry is at hand; else its first call has to make it, which takes some 20 s."""
+    """Whether the machine code of an entry is at hand; else its first call has to make it, which takes some 20 s.
+
+    Interpreted there is nothing to make.
+    """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return True
     cache = Path(function.stats.cache_path or ".")
     return bool(function.signatures) or any(cache.glob(f"*{function.__qualname__}*.nbi"))

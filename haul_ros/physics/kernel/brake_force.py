@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats, Record
+from haul_ros.physics.kernel.data import BrakeState, Floats, Record, VehicleParameters, VehicleTrial
 
 
 @inner
@@ -31,67 +30,71 @@ def follow_target(settings: Record, fraction: float, target: float, latched: flo
 
 
 @inner
-def _set_coefficients(settings: Record, vehicles: Floats, i: int) -> None:
-    """Gain and trim [N] in ``brake force = gain * speed factor + trim`` for the present cylinder pressure."""
-    total = vehicles[a.FRACTION, i] * vehicles[a.SHOES, i] * vehicles[a.SHOE_FORCE, i]
-    k = vehicles[a.SHOE_FORCE, i]
+def _set_coefficients(settings: Record, parameters: VehicleParameters, brakes: BrakeState, i: int) -> None:
+    """Gain and offset [N] in ``brake force = gain * speed factor + offset`` for the present cylinder pressure."""
+    total = brakes.fraction[i] * parameters.shoes[i] * parameters.shoe_force[i]
+    k = parameters.shoe_force[i]
     if settings.friction_follows_pressure:
-        k *= vehicles[a.FRACTION, i]
-    k_offset = vehicles[a.FRICTION_K_OFFSET, i]
-    by_pressure = (k + k_offset) / (vehicles[a.FRICTION_K_GAIN, i] * k + k_offset)
-    by_initial_speed = vehicles[a.FRICTION_V0_REFERENCE, i] - vehicles[a.INITIAL_SPEED, i]
-    vehicles[a.GAIN_END, i] = total * vehicles[a.FRICTION_SCALE, i] * by_pressure
-    vehicles[a.TRIM_END, i] = total * vehicles[a.FRICTION_V0_SLOPE, i] * by_initial_speed
+        k *= brakes.fraction[i]
+    k_offset = parameters.friction_k_offset[i]
+    by_pressure = (k + k_offset) / (parameters.friction_k_gain[i] * k + k_offset)
+    by_initial_speed = parameters.friction_v0_reference[i] - brakes.initial_speed[i]
+    brakes.gain_end[i] = total * parameters.friction_scale[i] * by_pressure
+    brakes.offset_end[i] = total * parameters.friction_v0_slope[i] * by_initial_speed
 
 
 @inner
-def fill_cylinders(settings: Record, vehicles: Floats, start: float, time: float) -> None:
+def fill_cylinders(
+    settings: Record, parameters: VehicleParameters, brakes: BrakeState, start: float, time: float
+) -> None:
     """Bring every cylinder from ``start`` to ``time`` [s], or from when a wave reached it.
 
     Sets the brake coefficients for the end of the step.
     """
-    for i in range(vehicles.shape[1]):
-        if vehicles[a.FILLING, i] == 0.0:
+    for i in range(brakes.filling.shape[0]):
+        if brakes.filling[i] == 0.0:
             continue
-        elapsed = time - max(vehicles[a.FRACTION_TIME, i], start)
-        latched = vehicles[a.LATCHED, i]
-        fraction = follow_target(settings, vehicles[a.FRACTION, i], vehicles[a.TARGET, i], latched, elapsed)
-        vehicles[a.FRACTION, i] = fraction
-        vehicles[a.FRACTION_TIME, i] = time
-        vehicles[a.GAIN_START, i] = vehicles[a.GAIN_END, i]
-        vehicles[a.TRIM_START, i] = vehicles[a.TRIM_END, i]
-        _set_coefficients(settings, vehicles, i)
-        vehicles[a.GAIN, i] = vehicles[a.GAIN_END, i]
-        vehicles[a.TRIM, i] = vehicles[a.TRIM_END, i]
+        elapsed = time - max(brakes.fraction_time[i], start)
+        fraction = follow_target(settings, brakes.fraction[i], brakes.target[i], brakes.latched[i], elapsed)
+        brakes.fraction[i] = fraction
+        brakes.fraction_time[i] = time
+        brakes.gain_start[i] = brakes.gain_end[i]
+        brakes.offset_start[i] = brakes.offset_end[i]
+        _set_coefficients(settings, parameters, brakes, i)
+        brakes.gain[i] = brakes.gain_end[i]
+        brakes.offset[i] = brakes.offset_end[i]
         # One more turn after the target is reached makes the coefficients at start and end equal.
         settled = (
-            fraction == vehicles[a.TARGET, i]
-            and vehicles[a.GAIN_START, i] == vehicles[a.GAIN_END, i]
-            and vehicles[a.TRIM_START, i] == vehicles[a.TRIM_END, i]
+            fraction == brakes.target[i]
+            and brakes.gain_start[i] == brakes.gain_end[i]
+            and brakes.offset_start[i] == brakes.offset_end[i]
         )
-        vehicles[a.FILLING, i] = 0.0 if settled else 1.0
+        brakes.filling[i] = 0.0 if settled else 1.0
 
 
 @inner
-def interpolate_coefficients(vehicles: Floats, share: float) -> None:
+def interpolate_coefficients(brakes: BrakeState, share: float) -> None:
     """Set the brake coefficients to those at a share 0..1 of the step."""
-    for i in range(vehicles.shape[1]):
-        gain, trim = vehicles[a.GAIN_START, i], vehicles[a.TRIM_START, i]
-        vehicles[a.GAIN, i] = gain + share * (vehicles[a.GAIN_END, i] - gain)
-        vehicles[a.TRIM, i] = trim + share * (vehicles[a.TRIM_END, i] - trim)
+    for i in range(brakes.gain.shape[0]):
+        gain, offset = brakes.gain_start[i], brakes.offset_start[i]
+        brakes.gain[i] = gain + share * (brakes.gain_end[i] - gain)
+        brakes.offset[i] = offset + share * (brakes.offset_end[i] - offset)
 
 
 @inner
-def brake_forces(vehicles: Floats) -> None:
-    """Brake force of every vehicle at its sliding speed [N], and its slope [N s/m], stored in NEW_SLOPE."""
-    for i in range(vehicles.shape[1]):
-        v = max(vehicles[a.SLIDING_SPEED, i], 0.0)
-        above = vehicles[a.FRICTION_N_SLOPE, i] * v + vehicles[a.FRICTION_N_OFFSET, i]
-        factor = above / (vehicles[a.FRICTION_D_SLOPE, i] * v + 1.0)
-        vehicles[a.NEW_BRAKE, i] = vehicles[a.GAIN, i] * factor + vehicles[a.TRIM, i]
-    for i in range(vehicles.shape[1]):
-        v = max(vehicles[a.SLIDING_SPEED, i], 0.0)
-        above = vehicles[a.FRICTION_N_SLOPE, i] * v + vehicles[a.FRICTION_N_OFFSET, i]
-        below = 1.0 / (vehicles[a.FRICTION_D_SLOPE, i] * v + 1.0)
-        slope = vehicles[a.FRICTION_N_SLOPE, i] - above * below * vehicles[a.FRICTION_D_SLOPE, i]
-        vehicles[a.NEW_SLOPE, i] = vehicles[a.GAIN, i] * slope * below
+def brake_forces(
+    gain: Floats, offset: Floats, n_slope: Floats, n_offset: Floats, d_slope: Floats, trial: VehicleTrial
+) -> None:
+    """Brake force of every vehicle at its sliding speed [N], and its slope [N s/m], to ``trial``."""
+    speed, force, friction_slope = trial.sliding_speed, trial.brake_force, trial.friction_slope
+    for i in range(force.shape[0]):
+        v = max(speed[i], 0.0)
+        above = n_slope[i] * v + n_offset[i]
+        factor = above / (d_slope[i] * v + 1.0)
+        force[i] = gain[i] * factor + offset[i]
+    for i in range(friction_slope.shape[0]):
+        v = max(speed[i], 0.0)
+        above = n_slope[i] * v + n_offset[i]
+        below = 1.0 / (d_slope[i] * v + 1.0)
+        slope = n_slope[i] - above * below * d_slope[i]
+        friction_slope[i] = gain[i] * slope * below

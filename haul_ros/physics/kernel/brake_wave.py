@@ -2,61 +2,78 @@
 
 from __future__ import annotations
 
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats, Ints, Record, Records
 from haul_ros.physics.kernel.brake_force import follow_target
+from haul_ros.physics.kernel.data import (
+    EMERGENCY,
+    EMERGENCY_RELEASE,
+    RELEASE,
+    SERVICE,
+    BrakeState,
+    Floats,
+    Ints,
+    Record,
+    Records,
+)
 
 
 @inner
-def _acts(wave: Record, vehicles: Floats, i: int) -> bool:
+def _acts(wave: Record, brakes: BrakeState, i: int) -> bool:
     """Whether a wave still has anything to say to a vehicle.
 
     A wave that a newer one of the opposite kind has overtaken, or met from the other side, has not;
     in an emergency only its end and other emergencies have.
     """
-    if wave.kind == a.EMERGENCY:
-        return wave.serial > vehicles[a.UNLATCHED_BY, i]
-    if wave.kind == a.EMERGENCY_RELEASE:
-        return wave.serial > vehicles[a.LATCHED_BY, i]
-    if vehicles[a.LATCHED, i] == 1.0:
+    if wave.kind == EMERGENCY:
+        return wave.serial > brakes.unlatched_by[i]
+    if wave.kind == EMERGENCY_RELEASE:
+        return wave.serial > brakes.latched_by[i]
+    if brakes.latched[i] == 1.0:
         return False
-    if wave.kind == a.SERVICE:
-        return wave.serial > max(vehicles[a.RELEASED_BY, i], vehicles[a.UNLATCHED_BY, i])
-    return wave.serial > vehicles[a.APPLIED_BY, i]
+    if wave.kind == SERVICE:
+        return wave.serial > max(brakes.released_by[i], brakes.unlatched_by[i])
+    return wave.serial > brakes.applied_by[i]
 
 
 @inner
-def _arrive(settings: Record, wave: Record, vehicles: Floats, i: int, speed: float, start: float, time: float) -> None:
+def _arrive(
+    settings: Record,
+    wave: Record,
+    brakes: BrakeState,
+    traction_demand: Floats,
+    i: int,
+    speed: float,
+    start: float,
+    time: float,
+) -> None:
     """Wave reaches a vehicle: bring its cylinder from ``start`` up to that instant, then set the new target."""
-    if not _acts(wave, vehicles, i):
+    if not _acts(wave, brakes, i):
         return
-    latched = vehicles[a.LATCHED, i]
-    fraction, target = vehicles[a.FRACTION, i], vehicles[a.TARGET, i]
-    elapsed = time - max(vehicles[a.FRACTION_TIME, i], start)
+    fraction, target = brakes.fraction[i], brakes.target[i]
+    elapsed = time - max(brakes.fraction_time[i], start)
     if elapsed > 0.0:
-        fraction = follow_target(settings, fraction, target, latched, elapsed)
-        vehicles[a.FRACTION, i] = fraction
-    vehicles[a.FRACTION_TIME, i] = max(vehicles[a.FRACTION_TIME, i], time)
-    vehicles[a.FILLING, i] = 1.0
-    if fraction == 0.0 and (wave.kind == a.EMERGENCY or wave.kind == a.SERVICE):
-        vehicles[a.INITIAL_SPEED, i] = speed
-    if wave.kind == a.EMERGENCY:
-        vehicles[a.LATCHED, i] = 1.0
-        vehicles[a.TARGET, i] = 1.0
-        vehicles[a.LATCHED_BY, i] = max(vehicles[a.LATCHED_BY, i], wave.serial)
-        vehicles[a.NEW_TRACTION, i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
-    elif wave.kind == a.EMERGENCY_RELEASE:
-        vehicles[a.LATCHED, i] = 0.0
-        vehicles[a.TARGET, i] = 0.0
-        vehicles[a.UNLATCHED_BY, i] = max(vehicles[a.UNLATCHED_BY, i], wave.serial)
-    elif wave.kind == a.SERVICE:
+        fraction = follow_target(settings, fraction, target, brakes.latched[i], elapsed)
+        brakes.fraction[i] = fraction
+    brakes.fraction_time[i] = max(brakes.fraction_time[i], time)
+    brakes.filling[i] = 1.0
+    if fraction == 0.0 and (wave.kind == EMERGENCY or wave.kind == SERVICE):
+        brakes.initial_speed[i] = speed
+    if wave.kind == EMERGENCY:
+        brakes.latched[i] = 1.0
+        brakes.target[i] = 1.0
+        brakes.latched_by[i] = max(brakes.latched_by[i], wave.serial)
+        traction_demand[i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
+    elif wave.kind == EMERGENCY_RELEASE:
+        brakes.latched[i] = 0.0
+        brakes.target[i] = 0.0
+        brakes.unlatched_by[i] = max(brakes.unlatched_by[i], wave.serial)
+    elif wave.kind == SERVICE:
         # A weaker application, late from another locomotive, does not feed the pipe.
-        vehicles[a.TARGET, i] = max(target, wave.level)
-        vehicles[a.APPLIED_BY, i] = max(vehicles[a.APPLIED_BY, i], wave.serial)
-    elif wave.kind == a.RELEASE:
-        vehicles[a.TARGET, i] = min(target, wave.level)
-        vehicles[a.RELEASED_BY, i] = max(vehicles[a.RELEASED_BY, i], wave.serial)
+        brakes.target[i] = max(target, wave.level)
+        brakes.applied_by[i] = max(brakes.applied_by[i], wave.serial)
+    elif wave.kind == RELEASE:
+        brakes.target[i] = min(target, wave.level)
+        brakes.released_by[i] = max(brakes.released_by[i], wave.serial)
 
 
 @inner
@@ -66,25 +83,15 @@ def arrival_time(wave: Record, offset: float, origin_offset: float) -> float:
 
 
 @inner
-def _copy(source: Record, target: Record) -> None:
-    target.time = source.time
-    target.speed = source.speed
-    target.level = source.level
-    target.kind = source.kind
-    target.serial = source.serial
-    target.origin = source.origin
-    target.ahead = source.ahead
-    target.behind = source.behind
-
-
-@inner
 def advance_waves(
     settings: Record,
     counters: Record,
     waves: Records,
-    masses: Floats,
-    vehicles: Floats,
-    places: Ints,
+    velocity: Floats,
+    mass_index: Ints,
+    centre_offset: Floats,
+    brakes: BrakeState,
+    traction_demand: Floats,
     start: float,
     time: float,
 ) -> None:
@@ -93,25 +100,25 @@ def advance_waves(
     Arrivals need not fall on time steps: the cylinder starts to fill at the exact arrival time.
     Waves that have left the train are removed, the others keep their order.
     """
+    n_vehicles = centre_offset.shape[0]
     kept = 0
     for w in range(counters.waves):
         wave = waves[w]
-        origin = vehicles[a.OFFSET, wave.origin]
+        origin = centre_offset[wave.origin]
         for direction in (-1, 1):
             i = wave.ahead if direction < 0 else wave.behind
-            while 0 <= i < vehicles.shape[1]:
-                arrival = arrival_time(wave, vehicles[a.OFFSET, i], origin)
+            while 0 <= i < n_vehicles:
+                arrival = arrival_time(wave, centre_offset[i], origin)
                 if arrival > time:
                     break
-                speed = abs(masses[a.VELOCITY, places[a.MASS_INDEX, i]])
-                _arrive(settings, wave, vehicles, i, speed, start, arrival)
+                speed = abs(velocity[mass_index[i]])
+                _arrive(settings, wave, brakes, traction_demand, i, speed, start, arrival)
                 i += direction
             if direction < 0:
                 wave.ahead = i
             else:
                 wave.behind = i
-        if wave.ahead >= 0 or wave.behind < vehicles.shape[1]:
-            if kept != w:
-                _copy(wave, waves[kept])
+        if wave.ahead >= 0 or wave.behind < n_vehicles:
+            waves[kept] = waves[w]
             kept += 1
     counters.waves = kept

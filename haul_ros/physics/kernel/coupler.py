@@ -2,41 +2,49 @@
 
 from __future__ import annotations
 
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats
+from haul_ros.physics.kernel.data import Floats, GearParameters, GearState, GearTrial, Hinges
 
 
 @inner
-def _strokes(masses: Floats, joints: Floats, h: float) -> None:
+def _strokes(velocity: Floats, stroke: Floats, rate: Floats, new_stroke: Floats, new_rate: Floats, h: float) -> None:
     """Stroke rates and strokes at the end of the step, by the Newmark formula s' = s + h/2 (w + w')."""
-    for k in range(joints.shape[1]):
-        joints[a.NEW_RATE, k] = masses[a.NEW_VELOCITY, k + 1] - masses[a.NEW_VELOCITY, k]
-    for k in range(joints.shape[1]):
-        rates = joints[a.STROKE_RATE, k] + joints[a.NEW_RATE, k]
-        joints[a.NEW_STROKE, k] = joints[a.STROKE, k] + 0.5 * h * rates
+    for k in range(new_rate.shape[0]):
+        new_rate[k] = velocity[k + 1] - velocity[k]
+    for k in range(new_stroke.shape[0]):
+        rates = rate[k] + new_rate[k]
+        new_stroke[k] = stroke[k] + 0.5 * h * rates
 
 
 @inner
-def _curve(joints: Floats, hinges: Floats, quantity: int, value: int, slope: int) -> None:
-    """Sum of hinges at the magnitude of the new stroke, to the rows ``value`` and ``slope``."""
-    for k in range(joints.shape[1]):
-        joints[value, k] = 0.0
-        joints[slope, k] = 0.0
-    for i in range(hinges.shape[2]):
-        for k in range(joints.shape[1]):
-            stroke = joints[a.NEW_STROKE, k]
-            buff = stroke >= 0.0
-            past = abs(stroke) - (hinges[a.KNOT, a.COMPRESSION, i, k] if buff else hinges[a.KNOT, a.TENSION, i, k])
-            steeper = hinges[quantity, a.COMPRESSION, i, k] if buff else hinges[quantity, a.TENSION, i, k]
+def _curve(
+    stroke: Floats,
+    compression_knot: Floats,
+    compression_change: Floats,
+    tension_knot: Floats,
+    tension_change: Floats,
+    value: Floats,
+    slope: Floats,
+) -> None:
+    """Sum of hinges at the magnitude of the stroke, and its slope."""
+    for k in range(value.shape[0]):
+        value[k] = 0.0
+        slope[k] = 0.0
+    for i in range(compression_knot.shape[0]):
+        for k in range(value.shape[0]):
+            buff = stroke[k] >= 0.0
+            past = abs(stroke[k]) - (compression_knot[i, k] if buff else tension_knot[i, k])
+            steeper = compression_change[i, k] if buff else tension_change[i, k]
             steeper = steeper if past >= 0.0 else 0.0
-            joints[slope, k] += steeper
-            joints[value, k] += steeper * max(past, 0.0)
+            slope[k] += steeper
+            value[k] += steeper * max(past, 0.0)
 
 
 @inner
-def coupler_forces(masses: Floats, joints: Floats, hinges: Floats, h: float) -> None:
-    """Strokes, forces and tangents of all connections for the trial velocities.
+def coupler_forces(
+    velocity: Floats, parameters: GearParameters, hinges: Hinges, gears: GearState, trial: GearTrial, h: float
+) -> None:
+    """Strokes, forces and tangents of all draft gears, to ``trial``, for the trial velocities of the masses.
 
     With x = |stroke|, w the stroke rate towards larger x and Ve the transition speed:
 
@@ -45,17 +53,27 @@ def coupler_forces(masses: Floats, joints: Floats, hinges: Floats, h: float) -> 
     fu (loading) and fl (unloading) are sums of hinges, which hold tables, slack, preload and
     bottoming alike. The tangent is dF/dw' = h/2 dF/ds + dF/dw.
     """
-    _strokes(masses, joints, h)
-    _curve(joints, hinges, a.HINGE_MEAN, a.MEAN, a.MEAN_SLOPE)
-    _curve(joints, hinges, a.HINGE_GAP, a.GAP, a.GAP_SLOPE)
-    for k in range(joints.shape[1]):
-        sign = 1.0 if joints[a.NEW_STROKE, k] >= 0.0 else -1.0
-        g = min(1.0, max(-1.0, sign * joints[a.NEW_RATE, k] * joints[a.INVERSE_TRANSITION_SPEED, k]))
-        joints[a.NEW_FORCE, k] = sign * (joints[a.MEAN, k] + joints[a.GAP, k] * g)
-    for k in range(joints.shape[1]):
-        sign = 1.0 if joints[a.NEW_STROKE, k] >= 0.0 else -1.0
-        g = sign * joints[a.NEW_RATE, k] * joints[a.INVERSE_TRANSITION_SPEED, k]
-        damping = joints[a.GAP, k] * joints[a.INVERSE_TRANSITION_SPEED, k]
+    inverse_speed, stroke, rate = parameters.inverse_transition_speed, trial.stroke, trial.stroke_rate
+    mean, hysteresis = trial.mean, trial.hysteresis
+    mean_slope, hysteresis_slope = trial.mean_slope, trial.hysteresis_slope
+    _strokes(velocity, gears.stroke, gears.stroke_rate, stroke, rate, h)
+    _curve(
+        stroke, hinges.compression_knot, hinges.compression_mean, hinges.tension_knot, hinges.tension_mean,
+        mean, mean_slope,
+    )  # fmt: skip
+    _curve(
+        stroke, hinges.compression_knot, hinges.compression_hysteresis, hinges.tension_knot, hinges.tension_hysteresis,
+        hysteresis, hysteresis_slope,
+    )  # fmt: skip
+    force, tangent = trial.force, trial.tangent
+    for k in range(force.shape[0]):
+        sign = 1.0 if stroke[k] >= 0.0 else -1.0
+        g = min(1.0, max(-1.0, sign * rate[k] * inverse_speed[k]))
+        force[k] = sign * (mean[k] + hysteresis[k] * g)
+    for k in range(tangent.shape[0]):
+        sign = 1.0 if stroke[k] >= 0.0 else -1.0
+        g = sign * rate[k] * inverse_speed[k]
+        damping = hysteresis[k] * inverse_speed[k]
         damping = damping if abs(g) < 1.0 else 0.0
         g = min(1.0, max(-1.0, g))
-        joints[a.TANGENT, k] = 0.5 * h * (joints[a.MEAN_SLOPE, k] + joints[a.GAP_SLOPE, k] * g) + damping
+        tangent[k] = 0.5 * h * (mean_slope[k] + hysteresis_slope[k] * g) + damping

@@ -2,52 +2,74 @@
 
 from __future__ import annotations
 
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats, Ints
+from haul_ros.physics.kernel.data import DrawbarExtremes, Floats, Ints, Members, VehicleState
 
 
 @inner
-def spread(masses: Floats, source: int, vehicles: Floats, target: int, places: Ints) -> None:
+def spread(of_masses: Floats, of_vehicles: Floats, mass_index: Ints) -> None:
     """Give every vehicle the value of its mass."""
-    if masses.shape[1] == vehicles.shape[1]:
-        for i in range(vehicles.shape[1]):
-            vehicles[target, i] = masses[source, i]
+    if of_masses.shape[0] == of_vehicles.shape[0]:
+        for i in range(of_vehicles.shape[0]):
+            of_vehicles[i] = of_masses[i]
     else:
-        for i in range(vehicles.shape[1]):
-            vehicles[target, i] = masses[source, places[a.MASS_INDEX, i]]
+        for i in range(of_vehicles.shape[0]):
+            of_vehicles[i] = of_masses[mass_index[i]]
 
 
 @inner
-def collect(vehicles: Floats, one: int, other: int, masses: Floats, target: int, members: Ints) -> None:
-    """Add one or two quantities (``other`` = -1: one) of its members up for every mass."""
-    if masses.shape[1] == vehicles.shape[1] and other >= 0:
-        for m in range(masses.shape[1]):
-            masses[target, m] = vehicles[one, m] + vehicles[other, m]
-    elif masses.shape[1] == vehicles.shape[1]:
-        for m in range(masses.shape[1]):
-            masses[target, m] = vehicles[one, m]
+def collect(of_vehicles: Floats, of_masses: Floats, members: Members) -> None:
+    """Add a quantity of its members up for every mass."""
+    if of_masses.shape[0] == of_vehicles.shape[0]:
+        for m in range(of_masses.shape[0]):
+            of_masses[m] = of_vehicles[m]
     else:
-        for m in range(masses.shape[1]):
+        for m in range(of_masses.shape[0]):
             total = 0.0
-            for i in range(members[a.FIRST, m], members[a.END, m]):
-                total += vehicles[one, i] + (vehicles[other, i] if other >= 0 else 0.0)
-            masses[target, m] = total
+            for i in range(members.first[m], members.end[m]):
+                total += of_vehicles[i]
+            of_masses[m] = total
 
 
 @inner
-def update_drawbars(masses: Floats, joints: Floats, vehicles: Floats, members: Ints, time: float) -> None:
-    """Forces in rigid drawbars, from the equilibrium of the vehicles before each, and their extremes."""
-    for m in range(masses.shape[1]):
-        force = joints[a.FORCE, m - 1] if m > 0 else 0.0
-        for i in range(members[a.FIRST, m], members[a.END, m] - 1):
-            driving = vehicles[a.TRACTION, i] + vehicles[a.GRAVITY, i]
-            holding = vehicles[a.BRAKE_FORCE, i] + vehicles[a.RESISTANCE_FORCE, i]
-            force += vehicles[a.VEHICLE_MASS, i] * masses[a.ACCELERATION, m] - driving + holding
-            vehicles[a.BAR_FORCE, i] = force
-            if force > vehicles[a.BAR_COMPRESSION, i]:
-                vehicles[a.BAR_COMPRESSION, i] = force
-                vehicles[a.BAR_COMPRESSION_TIME, i] = time
-            elif -force > vehicles[a.BAR_TENSION, i]:
-                vehicles[a.BAR_TENSION, i] = -force
-                vehicles[a.BAR_TENSION_TIME, i] = time
+def collect_both(one: Floats, other: Floats, of_masses: Floats, members: Members) -> None:
+    """Add two quantities of its members up for every mass."""
+    if of_masses.shape[0] == one.shape[0]:
+        for m in range(of_masses.shape[0]):
+            of_masses[m] = one[m] + other[m]
+    else:
+        for m in range(of_masses.shape[0]):
+            total = 0.0
+            for i in range(members.first[m], members.end[m]):
+                total += one[i] + other[i]
+            of_masses[m] = total
+
+
+@inner
+def update_drawbars(
+    acceleration: Floats,
+    gear_force: Floats,
+    mass: Floats,
+    vehicles: VehicleState,
+    members: Members,
+    bar_force: Floats,
+    extremes: DrawbarExtremes,
+    time: float,
+) -> None:
+    """Forces in rigid drawbars, from the equilibrium of the vehicles before each, and their extremes.
+
+    ``acceleration`` is that of the masses, ``mass`` that of the vehicles.
+    """
+    for m in range(acceleration.shape[0]):
+        force = gear_force[m - 1] if m > 0 else 0.0
+        for i in range(members.first[m], members.end[m] - 1):
+            driving = vehicles.traction[i] + vehicles.gravity[i]
+            holding = vehicles.brake_force[i] + vehicles.resistance_force[i]
+            force += mass[i] * acceleration[m] - driving + holding
+            bar_force[i] = force
+            if force > extremes.compression[i]:
+                extremes.compression[i] = force
+                extremes.compression_time[i] = time
+            elif -force > extremes.tension[i]:
+                extremes.tension[i] = -force
+                extremes.tension_time[i] = time

@@ -2,56 +2,68 @@
 
 from __future__ import annotations
 
-from haul_ros.physics.kernel import arrays as a
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats, Ints, Records
+from haul_ros.physics.kernel.data import Floats, Ints, LineIndex, LineSteps, MassState, VehicleParameters, VehicleTrial
 
 
 @inner
-def running_resistance(vehicles: Floats) -> None:
-    """Resistance of every vehicle at its sliding speed [N], curve included, and its slope, added to NEW_SLOPE.
+def running_resistance(parameters: VehicleParameters, trial: VehicleTrial) -> None:
+    """Resistance of every vehicle at its sliding speed [N], curve included, and its slope, added to that of the brake.
 
     Below the lowest speed of the formula its value there holds; standing vehicles get what has
     to be overcome at a start.
     """
-    for i in range(vehicles.shape[1]):
-        v = max(vehicles[a.SLIDING_SPEED, i], vehicles[a.RESISTANCE_LOWEST_SPEED, i])
-        by_speed = (vehicles[a.RESISTANCE_LINEAR, i] + vehicles[a.RESISTANCE_QUADRATIC, i] * v) * v
-        force = vehicles[a.RESISTANCE_CONSTANT, i] + by_speed
-        force = vehicles[a.RESISTANCE_STANDING, i] if vehicles[a.SLIDING_SPEED, i] < 0.0 else force
-        vehicles[a.NEW_RESISTANCE, i] = force + vehicles[a.CURVE_DRAG, i]
-    for i in range(vehicles.shape[1]):
-        v = vehicles[a.SLIDING_SPEED, i]
-        slope = vehicles[a.RESISTANCE_LINEAR, i] + 2.0 * vehicles[a.RESISTANCE_QUADRATIC, i] * v
-        vehicles[a.NEW_SLOPE, i] += slope if v > vehicles[a.RESISTANCE_LOWEST_SPEED, i] else 0.0
+    constant, linear = parameters.resistance_constant, parameters.resistance_linear
+    quadratic, standing = parameters.resistance_quadratic, parameters.resistance_standing
+    lowest_speed, speed, curve_drag = parameters.resistance_lowest_speed, trial.sliding_speed, trial.curve_drag
+    resistance, friction_slope = trial.resistance_force, trial.friction_slope
+    for i in range(resistance.shape[0]):
+        v = max(speed[i], lowest_speed[i])
+        by_speed = (linear[i] + quadratic[i] * v) * v
+        force = constant[i] + by_speed
+        force = standing[i] if speed[i] < 0.0 else force
+        resistance[i] = force + curve_drag[i]
+    for i in range(friction_slope.shape[0]):
+        v = speed[i]
+        slope = linear[i] + 2.0 * quadratic[i] * v
+        friction_slope[i] += slope if v > lowest_speed[i] else 0.0
 
 
 @inner
-def _step_index(steps: Records, chainage: float, index: int) -> int:
-    """Index of the step that holds at a chainage; -1 before the first. ``index`` is where to start looking."""
-    while index + 1 < steps.shape[0] and chainage >= steps[index + 1].start:
+def _step_index(start: Floats, chainage: float, index: int) -> int:
+    """Index of the step of the line that holds at a chainage; -1 before the first. ``index``: where to start."""
+    while index + 1 < start.shape[0] and chainage >= start[index + 1]:
         index += 1
-    while index >= 0 and chainage < steps[index].start:
+    while index >= 0 and chainage < start[index]:
         index -= 1
     return index
 
 
 @inner
 def line_forces(
-    start: float, grades: Records, curves: Records, masses: Floats, vehicles: Floats, places: Ints, h: float
+    start: float,
+    grades: LineSteps,
+    curves: LineSteps,
+    masses: MassState,
+    mass_index: Ints,
+    parameters: VehicleParameters,
+    line_index: LineIndex,
+    trial: VehicleTrial,
+    h: float,
 ) -> None:
     """Grade force and curve resistance of every vehicle at its own chainage at the end of the step.
 
     ``start`` is the chainage of the head at t = 0 [m]. The position is predicted with the
     acceleration at the start of the step: the steps of the line then do not move while Newton iterates.
     """
-    for i in range(vehicles.shape[1]):
-        m = places[a.MASS_INDEX, i]
-        way = masses[a.DISPLACEMENT, m] + h * masses[a.VELOCITY, m] + 0.5 * h * h * masses[a.ACCELERATION, m]
-        chainage = start - vehicles[a.OFFSET, i] + way
-        g = _step_index(grades, chainage, places[a.GRADE_INDEX, i])
-        places[a.GRADE_INDEX, i] = g
-        vehicles[a.NEW_GRAVITY, i] = -vehicles[a.WEIGHT, i] * grades[g].value if g >= 0 else 0.0
-        k = _step_index(curves, chainage, places[a.CURVE_INDEX, i])
-        places[a.CURVE_INDEX, i] = k
-        vehicles[a.CURVE_DRAG, i] = vehicles[a.WEIGHT, i] * curves[k].value if k >= 0 else 0.0
+    displacement, velocity, acceleration = masses.displacement, masses.velocity, masses.acceleration
+    for i in range(mass_index.shape[0]):
+        m = mass_index[i]
+        travelled = displacement[m] + h * velocity[m] + 0.5 * h * h * acceleration[m]
+        chainage = start - parameters.centre_offset[i] + travelled
+        g = _step_index(grades.start, chainage, line_index.grade[i])
+        line_index.grade[i] = g
+        trial.gravity[i] = -parameters.weight[i] * grades.value[g] if g >= 0 else 0.0
+        k = _step_index(curves.start, chainage, line_index.curve[i])
+        line_index.curve[i] = k
+        trial.curve_drag[i] = parameters.weight[i] * curves.value[k] if k >= 0 else 0.0

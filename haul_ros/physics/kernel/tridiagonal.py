@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.arrays import Floats
+from haul_ros.physics.kernel.data import Floats
 
 
 @inner

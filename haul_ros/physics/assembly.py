@@ -1,0 +1,181 @@
+"""The arrays of the kernel, assembled from the model of a train."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haul_ros.model.brake_system import BrakeSystem
+from haul_ros.model.consist import Consist
+from haul_ros.model.draft_gear import DraftGear
+from haul_ros.model.track import Track
+from haul_ros.model.vehicle import VehicleType
+from haul_ros.physics.hinges import side_hinges
+from haul_ros.physics.kernel import data
+from haul_ros.physics.kernel.blocks import Blocks, named, row_count
+from haul_ros.physics.lumping import LumpedTrain
+from haul_ros.units import GRAVITY
+
+CURVE_RESISTANCE = 600.0 / 1000.0
+"""Resistance of a curve times its radius [m]: 600/R N per kN (TB/T 1407-1998)."""
+
+_NEVER_REACHED = 1e9
+"""Stroke [m] of hinges that only fill up the array; finite, for 0 times infinity is not a number."""
+
+_ROOM_FOR_WAVES = 64
+"""Brake waves under way at one time, to begin with."""
+
+Floats = NDArray[np.float64]
+_Array = TypeVar("_Array", bound=NDArray[Any])
+
+
+def assemble(
+    consist: Consist,
+    lumped: LumpedTrain,
+    brakes: BrakeSystem,
+    track: Track,
+    *,
+    initial_speed: Floats,
+    time_step: float,
+    tolerance: float,
+) -> Blocks:
+    """The memory of a train before its first step.
+
+    ``initial_speed`` [m/s] is one for all or one for each mass (m,), ``tolerance`` the force residual [N] at which a
+    step counts as converged.
+    """
+    n_vehicles, n_masses, n_gears = len(consist.vehicles), len(lumped.mass), len(lumped.gears)
+    blocks = Blocks(
+        settings=_read_only(_settings(lumped, brakes, track, time_step, tolerance)),
+        counters=np.zeros(1, data.COUNTERS).view(np.recarray),
+        waves=np.zeros(_ROOM_FOR_WAVES, data.WAVE).view(np.recarray),
+        mass_index=_read_only(lumped.mass_index),
+        vehicle_parameters=_read_only(_vehicle_parameters(consist)),
+        vehicles=_zeros("vehicles", n_vehicles),
+        members=_read_only(np.array(data.Members(lumped.first, lumped.end))),
+        mass_parameters=_read_only(np.array(data.MassParameters(lumped.mass))),
+        masses=_zeros("masses", n_masses),
+        gear_parameters=_read_only(_gear_parameters(lumped.gears)),
+        hinges=_read_only(_hinges(lumped.gears)),
+        gears=_zeros("gears", n_gears),
+        grades=_read_only(_line_steps(track.grades, 1.0)),
+        curves=_read_only(_line_steps(track.curves, CURVE_RESISTANCE)),
+        line_index=np.full((len(data.LineIndex._fields), n_vehicles), -1, dtype=np.int64),
+    )
+    train = named(blocks)
+    train.masses.velocity[:] = initial_speed
+    train.masses.direction[:] = np.sign(initial_speed)
+    train.gear_extremes.bottomed_time[:] = np.nan
+    train.counters.last_motion_step[:] = 0 if train.masses.direction.any() else -1
+    return blocks
+
+
+def with_room_for_waves(blocks: Blocks) -> Blocks:
+    """The same memory with room for as many brake waves again."""
+    more = np.zeros(len(blocks.waves), data.WAVE)
+    return blocks._replace(waves=np.concatenate((blocks.waves, more)).view(np.recarray))
+
+
+def _read_only(array: _Array) -> _Array:
+    array.flags.writeable = False
+    return array
+
+
+def _zeros(block: str, columns: int) -> Floats:
+    return np.zeros((row_count(block), columns))
+
+
+def _rate(share: float, time: float) -> float:
+    return share / time if time > 0.0 else np.inf
+
+
+def _settings(
+    lumped: LumpedTrain, brakes: BrakeSystem, track: Track, time_step: float, tolerance: float
+) -> data.Records:
+    settings = np.zeros(1, data.SETTINGS).view(np.recarray)
+    build_up = brakes.build_up
+    settings.time_step = time_step
+    settings.tolerance = tolerance
+    settings.knee = build_up.knee
+    settings.rate_to_knee = _rate(build_up.knee, build_up.knee_time)
+    settings.rate_from_knee = _rate(1.0 - build_up.knee, build_up.full_time - build_up.knee_time)
+    settings.rate_service = _rate(brakes.full_service, build_up.service_time)
+    settings.rate_release = _rate(1.0, build_up.release_time)
+    settings.friction_follows_pressure = build_up.friction_follows_pressure
+    settings.start_chainage = track.start_chainage
+    settings.has_line = bool(track.grades or track.curves)
+    settings.has_stops = any(np.isfinite(gear.maximum_stroke) for gear in lumped.gears)
+    settings.has_drawbars = lumped.rigid.any()
+    return settings
+
+
+def _vehicle_parameters(consist: Consist) -> Floats:
+    columns = [
+        _vehicle(vehicle, offset) for vehicle, offset in zip(consist.vehicles, consist.centre_offsets, strict=True)
+    ]
+    return np.ascontiguousarray(np.array(columns, dtype=np.float64).T)
+
+
+def _vehicle(vehicle: VehicleType, centre_offset: float) -> tuple[float, ...]:
+    """Numbers of a vehicle in the order of `VehicleParameters`."""
+    resistance, friction = vehicle.resistance, vehicle.friction
+    weight = vehicle.mass * GRAVITY
+    lowest = resistance.minimum_speed
+    at_lowest = resistance.constant + (resistance.linear + resistance.quadratic * lowest) * lowest
+    numbers: dict[str, float] = {
+        "mass": vehicle.mass,
+        "weight": weight,
+        "centre_offset": centre_offset,
+        "resistance_constant": weight * resistance.constant,
+        "resistance_linear": weight * resistance.linear,
+        "resistance_quadratic": weight * resistance.quadratic,
+        "resistance_lowest_speed": lowest,
+        "resistance_standing": weight * max(resistance.starting, at_lowest),
+        "shoes": vehicle.shoes,
+        "shoe_force": vehicle.shoe_force,
+        "friction_scale": friction.scale,
+        "friction_k_offset": friction.k_offset,
+        "friction_k_gain": friction.k_gain,
+        "friction_n_slope": friction.n_slope / friction.d_offset,
+        "friction_n_offset": friction.n_offset / friction.d_offset,
+        "friction_d_slope": friction.d_slope / friction.d_offset,
+        "friction_v0_slope": friction.v0_slope,
+        "friction_v0_reference": friction.v0_reference,
+    }
+    return tuple(numbers[name] for name in data.VehicleParameters._fields)
+
+
+def _gear_parameters(gears: Sequence[DraftGear]) -> Floats:
+    parameters = data.GearParameters(
+        inverse_transition_speed=np.array([1.0 / gear.transition_speed for gear in gears]),
+        full_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
+    )
+    return np.array(parameters, dtype=np.float64)
+
+
+def _hinges(gears: Sequence[DraftGear]) -> Floats:
+    """Hinges (6, h, g) of the curves, padded with hinges that are never reached."""
+    by_gear = {gear: (side_hinges(gear, gear.compression), side_hinges(gear, gear.tension)) for gear in set(gears)}
+    n_hinges = max((len(side[0]) for sides in by_gear.values() for side in sides), default=1)
+    block = np.zeros((len(data.Hinges._fields), n_hinges, len(gears)))
+    hinges = data.Hinges(*block)
+    compression = (hinges.compression_knot, hinges.compression_mean, hinges.compression_hysteresis)
+    tension = (hinges.tension_knot, hinges.tension_mean, hinges.tension_hysteresis)
+    hinges.compression_knot[:] = hinges.tension_knot[:] = _NEVER_REACHED
+    for k, gear in enumerate(gears):
+        for (knot, mean, hysteresis), side in zip((compression, tension), by_gear[gear], strict=True):
+            knots, loading, unloading = side
+            knot[: len(knots), k] = knots
+            mean[: len(knots), k] = (loading + unloading) / 2.0
+            hysteresis[: len(knots), k] = (loading - unloading) / 2.0
+    return block
+
+
+def _line_steps(steps: Sequence[tuple[float, float]], factor: float) -> Floats:
+    parameters = data.LineSteps(
+        start=np.array([start for start, _ in steps]), value=np.array([factor * value for _, value in steps])
+    )
+    return np.array(parameters, dtype=np.float64)

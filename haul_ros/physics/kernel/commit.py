@@ -1,0 +1,182 @@
+"""The end of a step that has converged: forces, works and motion become those of the present time."""
+
+from __future__ import annotations
+
+from haul_ros.physics.kernel._jit import inner
+from haul_ros.physics.kernel.blocks import (
+    Blocks,
+    drawbar_extremes_of,
+    drawbars_of,
+    gears_of,
+    mass_parameters_of,
+    mass_trial_of,
+    masses_of,
+    members_of,
+    vehicle_parameters_of,
+    vehicle_trial_of,
+    vehicles_of,
+)
+from haul_ros.physics.kernel.data import (
+    Floats,
+    GearState,
+    MassState,
+    MassTrial,
+    Members,
+    VehicleState,
+    VehicleTrial,
+)
+from haul_ros.physics.kernel.drawbar import spread, update_drawbars
+
+LEAST_FRICTION = 1e-9
+"""Friction [N] below which there is none to share among the members of a mass."""
+
+
+@inner
+def holding_force(mass: Floats, masses: MassState, new_applied_force: Floats, m: int, h: float) -> float:
+    """Mean friction force over the step that leaves a mass at rest at its end [N], forward positive."""
+    return -mass[m] * masses.velocity[m] / h - 0.5 * (masses.applied_force[m] + new_applied_force[m])
+
+
+@inner
+def _account_arrested(
+    mass: Floats,
+    masses: MassState,
+    trial: MassTrial,
+    members: Members,
+    vehicles: VehicleState,
+    vehicle_trial: VehicleTrial,
+    h: float,
+) -> None:
+    """Friction work of masses that come to rest in this step, over what the trapezoidal rule will add for them."""
+    for m in range(mass.shape[0]):
+        if trial.direction[m] != 0.0 or masses.velocity[m] == 0.0:
+            continue
+        needed = holding_force(mass, masses, trial.applied_force, m, h)
+        mean = -needed / max(trial.friction[m], LEAST_FRICTION)
+        mobilised = trial.mobilised[m]
+        travelled = trial.displacement_change[m]
+        for i in range(members.first[m], members.end[m]):
+            brake, resistance = vehicle_trial.brake_force[i], vehicle_trial.resistance_force[i]
+            ruled = 0.5 * (vehicles.brake_force[i] + mobilised * brake)
+            vehicles.brake_work[i] += (mean * brake - ruled) * travelled
+            ruled = 0.5 * (vehicles.resistance_force[i] + mobilised * resistance)
+            vehicles.resistance_work[i] += (mean * resistance - ruled) * travelled
+
+
+@inner
+def _commit_friction(available: Floats, mobilised: Floats, travelled: Floats, force: Floats, work: Floats) -> None:
+    """Friction force at the end of the step, and its work by the trapezoidal rule."""
+    for i in range(force.shape[0]):
+        now = mobilised[i] * available[i]
+        work[i] += 0.5 * (force[i] + now) * travelled[i]
+    for i in range(force.shape[0]):
+        force[i] = mobilised[i] * available[i]
+
+
+@inner
+def _commit_external(new_force: Floats, travelled: Floats, force: Floats, work: Floats) -> None:
+    """Force of traction or gravity at the end of the step, and its work by the trapezoidal rule."""
+    for i in range(force.shape[0]):
+        mean = 0.5 * (force[i] + new_force[i])
+        work[i] += mean * travelled[i]
+    for i in range(force.shape[0]):
+        force[i] = new_force[i]
+
+
+@inner
+def mobilised_share(direction: float, applied_force: float, friction: float) -> float:
+    """Part of the friction of a mass that acts, -1 .. 1.
+
+    Members of a standing mass share the holding force in proportion to what each can give.
+    """
+    held = applied_force / max(friction, LEAST_FRICTION)
+    held = min(1.0, max(-1.0, held))
+    return direction if direction != 0.0 else held
+
+
+@inner
+def commit_forces(blocks: Blocks, h: float) -> None:
+    """Forces of all vehicles at the end of the step, and their works."""
+    masses, trial = masses_of(blocks.masses), mass_trial_of(blocks.masses)
+    vehicles, vehicle_trial = vehicles_of(blocks.vehicles), vehicle_trial_of(blocks.vehicles)
+    for m in range(trial.mobilised.shape[0]):
+        trial.mobilised[m] = mobilised_share(trial.direction[m], trial.applied_force[m], trial.friction[m])
+    for m in range(trial.displacement_change.shape[0]):
+        trial.displacement_change[m] = 0.5 * h * (masses.velocity[m] + trial.velocity[m])
+    mobilised, travelled = vehicle_trial.mobilised, vehicle_trial.displacement_change
+    spread(trial.mobilised, mobilised, blocks.mass_index)
+    spread(trial.displacement_change, travelled, blocks.mass_index)
+    _account_arrested(
+        mass_parameters_of(blocks.mass_parameters).mass,
+        masses,
+        trial,
+        members_of(blocks.members),
+        vehicles,
+        vehicle_trial,
+        h,
+    )
+    _commit_friction(vehicle_trial.brake_force, mobilised, travelled, vehicles.brake_force, vehicles.brake_work)
+    _commit_friction(
+        vehicle_trial.resistance_force, mobilised, travelled, vehicles.resistance_force, vehicles.resistance_work
+    )
+    if blocks.counters[0].has_traction:
+        _commit_external(vehicles.traction_demand, travelled, vehicles.traction, vehicles.traction_work)
+    if blocks.settings[0].has_line:
+        _commit_external(vehicle_trial.gravity, travelled, vehicles.gravity, vehicles.gravity_work)
+
+
+@inner
+def excess_acceleration(applied_force: float, friction: float, mass: float) -> float:
+    """Acceleration of a standing mass by what its friction cannot hold, 0 if it can hold all."""
+    excess = max(abs(applied_force) - friction, 0.0) / mass
+    return excess if applied_force > 0.0 else -excess
+
+
+@inner
+def commit_motion(mass: Floats, masses: MassState, trial: MassTrial, h: float) -> None:
+    """Motion of every mass at the end of the step."""
+    velocity, acceleration, displacement = masses.velocity, masses.acceleration, masses.displacement
+    direction, applied_force, friction = trial.direction, trial.applied_force, trial.friction
+    new_velocity, travelled = trial.velocity, trial.displacement_change
+    for m in range(acceleration.shape[0]):
+        change = 2.0 / h * (new_velocity[m] - velocity[m]) - acceleration[m]
+        excess = excess_acceleration(applied_force[m], friction[m], mass[m])
+        acceleration[m] = change if direction[m] != 0.0 else excess
+    for m in range(displacement.shape[0]):
+        displacement[m] += travelled[m]
+    for m in range(velocity.shape[0]):
+        velocity[m] = new_velocity[m]
+    for m in range(direction.shape[0]):
+        masses.direction[m] = direction[m]
+    for m in range(applied_force.shape[0]):
+        masses.applied_force[m] = applied_force[m]
+
+
+@inner
+def commit_gears(gears: GearState, new_stroke: Floats, new_rate: Floats, new_force: Floats) -> None:
+    """Strokes and forces of every draft gear at the end of the step, and the work by the trapezoidal rule."""
+    stroke, rate, force, work = gears.stroke, gears.stroke_rate, gears.force, gears.work
+    for k in range(work.shape[0]):
+        change = new_stroke[k] - stroke[k]
+        work[k] += 0.5 * (force[k] + new_force[k]) * change
+    for k in range(stroke.shape[0]):
+        stroke[k] = new_stroke[k]
+    for k in range(rate.shape[0]):
+        rate[k] = new_rate[k]
+    for k in range(force.shape[0]):
+        force[k] = new_force[k]
+
+
+@inner
+def drawbars_at_end(blocks: Blocks, time: float) -> None:
+    """Forces in the rigid drawbars at the end of a step, and their extremes."""
+    update_drawbars(
+        masses_of(blocks.masses).acceleration,
+        gears_of(blocks.gears).force,
+        vehicle_parameters_of(blocks.vehicle_parameters).mass,
+        vehicles_of(blocks.vehicles),
+        members_of(blocks.members),
+        drawbars_of(blocks.vehicles).force,
+        drawbar_extremes_of(blocks.vehicles),
+        time,
+    )

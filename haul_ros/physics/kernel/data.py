@@ -1,0 +1,354 @@
+"""Data of the kernel, in SI units: named arrays of one number per vehicle, mass or draft gear.
+
+A *mass* is one vehicle, or several joined by rigid drawbars; a *gear* is the draft gear of the coupler between mass
+``k`` and mass ``k + 1``. Without rigid drawbars masses are vehicles and gears are couplers. v vehicles, m masses.
+
+Who may write what: ``*Parameters`` and `Settings` nobody after assembly (the arrays are read-only, which the compiler
+checks); ``*State`` what belongs to the present instant, carried from step to step; ``*Trial`` what Newton's method
+tries for the end of the step, to be overwritten by the next; ``*Extremes`` the largest so far.
+
+Each quantity lies in one piece in memory and loops do one thing at a time, so the compiler works on several vehicles
+at once; a loop that stores to many arrays would stop it from doing so. How they lie in memory: `blocks`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Records = Any
+"""Structured array, (n,) np.recarray."""
+Record = Any
+"""One element of it: fields are attributes."""
+
+# Kinds of brake wave.
+SERVICE, RELEASE, EMERGENCY, EMERGENCY_RELEASE = 0, 1, 2, 3
+
+
+class VehicleParameters(NamedTuple):
+    """Data of every vehicle (v,)."""
+
+    mass: Floats
+    """[kg]"""
+    weight: Floats
+    """[N]"""
+    centre_offset: Floats
+    """Distance of the centre behind the head of the train, couplers free [m]."""
+    resistance_constant: Floats
+    """Running resistance at no speed [N]."""
+    resistance_linear: Floats
+    """[N s/m]"""
+    resistance_quadratic: Floats
+    """[N s^2/m^2]"""
+    resistance_lowest_speed: Floats
+    """Below it the resistance at this speed holds [m/s]."""
+    resistance_standing: Floats
+    """To be overcome at a start [N]."""
+    shoes: Floats
+    """Number of brake shoes [-]."""
+    shoe_force: Floats
+    """On each shoe in a fully developed emergency application [N]."""
+    friction_scale: Floats
+    """Of the friction coefficient [-], as the next seven: see `haul_ros.model.vehicle.ShoeFriction`."""
+    friction_k_offset: Floats
+    """[N]"""
+    friction_k_gain: Floats
+    """[-]"""
+    friction_n_slope: Floats
+    """Over d_offset [s/m]: the speed factor is (n_slope v + n_offset) / (d_slope v + 1)."""
+    friction_n_offset: Floats
+    """Over d_offset [-]."""
+    friction_d_slope: Floats
+    """Over d_offset [s/m]."""
+    friction_v0_slope: Floats
+    """[s/m]"""
+    friction_v0_reference: Floats
+    """[m/s]"""
+
+
+class VehicleState(NamedTuple):
+    """Outer forces on every vehicle (v,) at the present time, and their works since the start."""
+
+    traction: Floats
+    """Tractive effort, forward positive [N]."""
+    traction_demand: Floats
+    """Tractive effort from the present instant, or the end of the step, on [N]."""
+    gravity: Floats
+    """Along the line, forward positive [N]."""
+    brake_force: Floats
+    """Against forward motion positive [N]."""
+    resistance_force: Floats
+    """Running and curve resistance, against forward motion positive [N]."""
+    brake_work: Floats
+    """Taken from the train [J]."""
+    resistance_work: Floats
+    """Taken from the train [J]."""
+    gravity_work: Floats
+    """Given to the train [J]."""
+    traction_work: Floats
+    """Given to the train [J]."""
+
+
+class BrakeState(NamedTuple):
+    """Brake cylinder and valve of every vehicle (v,). Brake force = gain * speed factor + offset."""
+
+    fraction: Floats
+    """Cylinder pressure over emergency pressure [-]."""
+    target: Floats
+    """The fraction that the brake pipe last asked for [-]."""
+    fraction_time: Floats
+    """The instant that ``fraction`` belongs to [s]."""
+    initial_speed: Floats
+    """When this application began [m/s]."""
+    latched: Floats
+    """1 in emergency [-]."""
+    latched_by: Floats
+    """Serial number of the newest wave that did so [-]."""
+    unlatched_by: Floats
+    """The same [-]."""
+    applied_by: Floats
+    """The same [-]."""
+    released_by: Floats
+    """The same [-]."""
+    filling: Floats
+    """1 while gain and offset may differ at the start and the end of the step [-]."""
+    gain: Floats
+    """In force in this step or part of a step [N]."""
+    offset: Floats
+    """In force in this step or part of a step [N]."""
+    gain_start: Floats
+    """At the start of the time step [N]."""
+    offset_start: Floats
+    """At the start of the time step [N]."""
+    gain_end: Floats
+    """At the end of the time step [N]."""
+    offset_end: Floats
+    """At the end of the time step [N]."""
+
+
+class VehicleTrial(NamedTuple):
+    """Trial values of every vehicle (v,) for the end of the step."""
+
+    gravity: Floats
+    """[N]"""
+    curve_drag: Floats
+    """Curve resistance, a magnitude [N]."""
+    sliding_speed: Floats
+    """Speed in the direction of motion [m/s]; -1 at a standstill."""
+    brake_force: Floats
+    """What the brake gives while sliding, or can give while standing [N]."""
+    resistance_force: Floats
+    """What the resistance gives while sliding, or can give while standing [N]."""
+    friction_slope: Floats
+    """Slope of both by speed [N s/m]."""
+    mobilised: Floats
+    """Part of this friction that acts, -1 .. 1: the direction while sliding [-]."""
+    displacement_change: Floats
+    """In the step [m]."""
+
+
+class DrawbarState(NamedTuple):
+    """Rigid drawbar behind every vehicle (v,), where there is one."""
+
+    force: Floats
+    """Compression positive [N]."""
+
+
+class DrawbarExtremes(NamedTuple):
+    """Largest forces in the rigid drawbar behind every vehicle (v,), as magnitudes, and when."""
+
+    compression: Floats
+    """[N]"""
+    compression_time: Floats
+    """[s]"""
+    tension: Floats
+    """[N]"""
+    tension_time: Floats
+    """[s]"""
+
+
+class MassParameters(NamedTuple):
+    """Data of every mass (m,)."""
+
+    mass: Floats
+    """[kg]"""
+
+
+class MassState(NamedTuple):
+    """Motion of every mass (m,) at the present time, forward positive."""
+
+    displacement: Floats
+    """Since the start [m]."""
+    velocity: Floats
+    """[m/s]"""
+    acceleration: Floats
+    """[m/s^2]"""
+    direction: Floats
+    """1 forward, -1 backward, 0 standing, held by friction [-]."""
+    applied_force: Floats
+    """All forces but friction [N]."""
+
+
+class MassTrial(NamedTuple):
+    """Trial values of every mass (m,) for the end of the step, and the equations that mend them."""
+
+    velocity: Floats
+    """[m/s]"""
+    direction: Floats
+    """As in `MassState` [-]."""
+    applied_force: Floats
+    """All forces but friction [N]."""
+    external_force: Floats
+    """Traction and gravity [N]."""
+    friction: Floats
+    """Brakes and resistance: what acts while sliding, or is there at most while standing; a magnitude [N]."""
+    friction_slope: Floats
+    """By speed [N s/m]."""
+    sliding_speed: Floats
+    """In the direction of motion [m/s]; -1 at a standstill."""
+    mobilised: Floats
+    """Part of the friction that acts, -1 .. 1: the direction while sliding [-]."""
+    displacement_change: Floats
+    """In the step [m]."""
+    diagonal: Floats
+    """Of the tangent [N s/m]."""
+    off_diagonal: Floats
+    """Of the tangent, between this mass and the next [N s/m]."""
+    residual: Floats
+    """Force out of balance; then Newton's correction of the velocity [N], [m/s]."""
+
+
+class GearParameters(NamedTuple):
+    """Data of every draft gear (m - 1,)."""
+
+    inverse_transition_speed: Floats
+    """1/Ve [s/m]."""
+    full_stroke: Floats
+    """At which the gear is closed, slack included [m]."""
+
+
+class Hinges(NamedTuple):
+    """Curves of every draft gear (h, m - 1): sums of slope * max(0, |stroke| - knot), see `haul_ros.physics.hinges`."""
+
+    compression_knot: Floats
+    """[m]"""
+    tension_knot: Floats
+    """[m]"""
+    compression_mean: Floats
+    """Slope change of the mean of loading and unloading curve, (fu + fl)/2 [N/m]."""
+    tension_mean: Floats
+    """The same [N/m]."""
+    compression_hysteresis: Floats
+    """Slope change of half their difference, (fu - fl)/2 [N/m]."""
+    tension_hysteresis: Floats
+    """The same [N/m]."""
+
+
+class GearState(NamedTuple):
+    """Every draft gear (m - 1,) at the present time, compression positive."""
+
+    stroke: Floats
+    """[m]"""
+    stroke_rate: Floats
+    """[m/s]"""
+    force: Floats
+    """[N]"""
+    work: Floats
+    """Done on the gear since the start [J]."""
+
+
+class GearTrial(NamedTuple):
+    """Trial values of every draft gear (m - 1,) for the end of the step."""
+
+    stroke: Floats
+    """[m]"""
+    stroke_rate: Floats
+    """[m/s]"""
+    force: Floats
+    """[N]"""
+    tangent: Floats
+    """dF/d(stroke rate at the end of the step) [N s/m]."""
+    mean: Floats
+    """(fu + fl)/2 [N]."""
+    mean_slope: Floats
+    """By stroke [N/m]."""
+    hysteresis: Floats
+    """(fu - fl)/2 [N]."""
+    hysteresis_slope: Floats
+    """By stroke [N/m]."""
+
+
+class GearExtremes(NamedTuple):
+    """Largest of every draft gear (m - 1,) at the ends of the steps so far, as magnitudes, and when."""
+
+    compression: Floats
+    """[N]"""
+    compression_time: Floats
+    """[s]"""
+    tension: Floats
+    """[N]"""
+    tension_time: Floats
+    """[s]"""
+    compression_stroke: Floats
+    """[m]"""
+    tension_stroke: Floats
+    """[m]"""
+    bottomed_time: Floats
+    """When the gear first closed fully [s]; NaN: never."""
+
+
+class Members(NamedTuple):
+    """Vehicles of every mass (m,)."""
+
+    first: Ints
+    """Index of the first [-]."""
+    end: Ints
+    """Index after the last [-]."""
+
+
+class LineSteps(NamedTuple):
+    """Values that hold along the line from a chainage on to the next (g,)."""
+
+    start: Floats
+    """Chainage [m]."""
+    value: Floats
+    """Grade [m/m], or curve resistance [N/N]."""
+
+
+class LineIndex(NamedTuple):
+    """Where every vehicle (v,) was found last among the steps of the line; -1 before the first."""
+
+    grade: Ints
+    """[-]"""
+    curve: Ints
+    """[-]"""
+
+
+def _record(fields: str) -> np.dtype[Any]:
+    """Structured type of 8-byte fields, named in a text: real numbers, or integers if marked ``#``."""
+    kinds = [(name.lstrip("#"), "i8" if name.startswith("#") else "f8") for name in fields.split()]
+    return np.dtype(kinds, align=True)
+
+
+SETTINGS = _record("""
+    time_step tolerance start_chainage #has_line #has_stops #has_drawbars
+    knee rate_to_knee rate_from_knee rate_service rate_release #friction_follows_pressure
+""")
+"""time_step [s]; tolerance: force residual at which a step is converged [N]; start_chainage: of the
+head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions per second [1/s]."""
+
+COUNTERS = _record(
+    "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
+    "#has_traction worst_residual"
+)
+"""Since the start; waves: under way; last_motion_step: after which something still moved, -1 if nothing ever did;
+has_traction: 1 once there was any; worst_residual: the largest one accepted in an unconverged step [N]."""
+
+WAVE = _record("time speed level #kind #serial #origin #ahead #behind")
+"""time at which it starts [s], speed [m/s], level: cylinder fraction asked for; serial: counts the
+waves as they are started, from 1; origin: vehicle;
+ahead, behind: the next vehicle to be reached on either side, -1 / v where none is left."""
