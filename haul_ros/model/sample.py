@@ -1,4 +1,4 @@
-"""What a simulation tells at one instant."""
+"""What a simulation gives at one instant."""
 
 from __future__ import annotations
 

@@ -88,8 +88,8 @@ def _zeros(block: str, columns: int) -> Floats:
     return np.zeros((row_count(block), columns))
 
 
-def _rate(share: float, time: float) -> float:
-    return share / time if time > 0.0 else np.inf
+def _rate(fraction: float, time: float) -> float:
+    return fraction / time if time > 0.0 else np.inf
 
 
 def _settings(

@@ -201,7 +201,7 @@ class TrainModel:
         return float(np.sum(0.5 * self._train.mass_parameters.mass * self._train.masses.velocity**2))
 
     def brake_target(self, vehicle: int) -> float:
-        """What the brake of a vehicle was last told to reach, as a fraction of emergency pressure."""
+        """What the brake pipe last asked of the brake of a vehicle, as a fraction of emergency pressure."""
         return float(self._train.brakes.target[vehicle])
 
     @property

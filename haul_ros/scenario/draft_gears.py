@@ -83,9 +83,9 @@ def _check_solid_stiffness(document: Document, path: KeyPath, solid: float, stee
     """Refuse a preload that is taken up no steeper than the gear itself."""
     if solid <= steepest:
         given = "solid_stiffness_kN_per_mm" in document.at(path)
-        told = f"solid_stiffness_kN_per_mm = {solid / _KN_PER_MM:g}{'' if given else ' by default'}"
+        given_text = f"solid_stiffness_kN_per_mm = {solid / _KN_PER_MM:g}{'' if given else ' by default'}"
         slope = f"{steepest / _KN_PER_MM:g}, the steepest slope of a preloaded loading curve"
-        raise document.error(path, f"{told}, must be above {slope}")
+        raise document.error(path, f"{given_text}, must be above {slope}")
 
 
 def _draft_gear(document: Document, name: str) -> DraftGear:

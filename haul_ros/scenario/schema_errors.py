@@ -125,7 +125,7 @@ def _as_scenario_error(document: Document, error: ValidationError) -> ScenarioEr
 
 
 def first_error(document: Document, errors: list[ValidationError]) -> ScenarioError:
-    """The finding to tell first: an unknown key (often the cause of others), else the uppermost.
+    """The finding to report first: an unknown key (often the cause of others), else the uppermost.
 
     Messages read ``file:line: key.path = value, must be ...``.
     """

@@ -73,12 +73,12 @@ def fill_cylinders(
 
 
 @inner
-def interpolate_coefficients(brakes: BrakeState, share: float) -> None:
-    """Set the brake coefficients to those at a share 0..1 of the step."""
+def interpolate_coefficients(brakes: BrakeState, part: float) -> None:
+    """Set the brake coefficients to those at a part 0..1 of the step."""
     for i in range(brakes.gain.shape[0]):
         gain, offset = brakes.gain_start[i], brakes.offset_start[i]
-        brakes.gain[i] = gain + share * (brakes.gain_end[i] - gain)
-        brakes.offset[i] = offset + share * (brakes.offset_end[i] - offset)
+        brakes.gain[i] = gain + part * (brakes.gain_end[i] - gain)
+        brakes.offset[i] = offset + part * (brakes.offset_end[i] - offset)
 
 
 @inner
