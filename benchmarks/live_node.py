@@ -159,7 +159,7 @@ def _evaluate(run: LiveRun, path: Path, seconds: float) -> Result:
     with Recording(path) as recording:
         info = recording.info()
         couplers = recording.couplers()
-        peak = float(recording.max_compression().effort[-1].max())
+        peak = float(recording.last_extremes().extremes.compression.max())
     began_ns, ended_ns = _stamp(run.last_before), int(couplers.time_ns[-1])
     lateness = [float(values["lateness max [ms]"]) for values in run.pacing]
     return Result(

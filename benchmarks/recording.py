@@ -143,7 +143,7 @@ def _reading(path: Path) -> tuple[float, float]:
 
     def ours() -> None:
         with Recording(path) as recording:
-            forces.append(recording.samples().couplers.effort)
+            forces.append(recording.samples().couplers.force)
         del forces[:-1]
 
     forces: list[np.ndarray] = []

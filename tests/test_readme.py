@@ -47,7 +47,7 @@ def test_python_in_the_readme_runs(capsys: pytest.CaptureFixture[str], tmp_path:
         recorder.put(encoder.sample(Session(scenario).sample()), 0)
     namespace: dict[str, object] = {}
     exec(read.replace("run.mcap", str(tmp_path / "run.mcap")), namespace)
-    assert namespace["couplers"].effort.shape == (1, 207)  # type: ignore[attr-defined]
+    assert namespace["couplers"].force.shape == (1, 207)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("picture", re.findall(r"!\[.*?\]\((.*?)\)", README))

@@ -1,16 +1,16 @@
-"""Everything that can be told about a recording, as files in one folder."""
+"""All results of a recording, as files in one folder."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from haul_ros.analysis.envelopes import Thinning, recorded_extremes
+from haul_ros.analysis.history import read_history
 from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure, save_png
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
 from haul_ros.errors import HaulError
-from haul_ros.recording.reader import JointSeries, Recording
+from haul_ros.recording.reader import Recording
 
 
 class AnalysisError(HaulError):
@@ -30,17 +30,6 @@ def default_folder(recording: Path) -> Path:
     return Path(f"{recording.stem}_analysis")
 
 
-def _thinned(recording: Recording) -> tuple[JointSeries, JointSeries]:
-    """Couplers and vehicles in as many samples as a picture shows, read piece by piece."""
-    counts = {topic.topic: topic.count for topic in recording.info().topics}
-    couplers = Thinning(counts[recording.channels.couplers.topic], HISTORY_COLUMNS)
-    vehicles = Thinning(counts[recording.channels.vehicles.topic], HISTORY_COLUMNS)
-    for block in recording.blocks():
-        couplers.add(block.couplers)
-        vehicles.add(block.vehicles)
-    return couplers.result(), vehicles.result()
-
-
 def analyze(path: Path, folder: Path) -> Analysis:
     """Analyse a recording into a folder, made if missing; results of an earlier analysis there are replaced.
 
@@ -55,8 +44,8 @@ def analyze(path: Path, folder: Path) -> Analysis:
     with Recording(path) as recording:
         scenario = recorded_scenario(recording)
         summary = summarize_recording(recording, scenario)
-        extremes = recorded_extremes(recording)
-        couplers, vehicles = _thinned(recording)
+        extremes = recording.last_extremes().extremes
+        history = read_history(recording, HISTORY_COLUMNS)
         events = [
             event
             for locomotive in scenario.consist.locomotives
@@ -65,14 +54,14 @@ def analyze(path: Path, folder: Path) -> Analysis:
     table = peak_table(scenario.consist, extremes)
     title = f"{scenario.name}: {scenario.description}"
     profile = profile_figure(scenario.consist, extremes, title)
-    history = history_figure(scenario.consist, couplers, vehicles, events, title)
+    over_time = history_figure(scenario.consist, history, events, title)
 
     files = [folder / "peaks.csv", folder / "profile.png", folder / "history.png"]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_csv(table, files[0])
         save_png(profile, files[1])
-        save_png(history, files[2])
+        save_png(over_time, files[2])
         if parquet_available():
             files.insert(1, folder / "peaks.parquet")
             write_parquet(table, files[1])

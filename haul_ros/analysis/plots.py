@@ -11,10 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from haul_ros.analysis.envelopes import force_history, largest_force
+from haul_ros.analysis.envelopes import largest_force
+from haul_ros.analysis.history import History
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes
-from haul_ros.recording.reader import JointSeries, ScalarSeries
+from haul_ros.recording.series import ScalarSeries
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
 # Okabe and Ito's palette, to be told apart by colour-blind readers and in greyscale
@@ -77,28 +78,25 @@ def profile_figure(consist: Consist, extremes: CouplerExtremes, title: str) -> F
     return figure
 
 
-def history_figure(
-    consist: Consist, couplers: JointSeries, vehicles: JointSeries, events: Sequence[BrakeEvent], title: str
-) -> Figure:
+def history_figure(consist: Consist, history: History, events: Sequence[BrakeEvent], title: str) -> Figure:
     """Force of every coupler over time as colours, with the brake events; speed of head and tail below."""
     figure = Figure(figsize=_SIZE, layout="constrained")
     force, speed = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     figure.suptitle(title)
 
-    edges, values = force_history(couplers, HISTORY_COLUMNS)
-    limit = max(float(np.abs(values).max()) / 1e3, 1.0)
+    edges = history.force_edges
+    limit = max(float(np.abs(history.force).max()) / 1e3, 1.0)
     rows = np.arange(len(consist.couplers) + 1) + 0.5
     mesh = force.pcolormesh(
-        edges, rows, values.T / 1e3, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="flat", rasterized=True
+        edges, rows, history.force.T / 1e3, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="flat", rasterized=True
     )
     figure.colorbar(mesh, ax=force, label="coupler force [kN], compression positive", pad=0.01)
     force.set_ylabel("coupler, counted from the head")
     force.set_ylim(len(consist.vehicles), 0.0)
     _mark_events(force, events)
 
-    time = vehicles.time_ns / NS_PER_S
-    speed.plot(time, mps_to_kmh(1.0) * vehicles.velocity[:, 0], color=HEAD_COLOUR, label="head")
-    speed.plot(time, mps_to_kmh(1.0) * vehicles.velocity[:, -1], color=TAIL_COLOUR, ls="--", label="tail")
+    speed.plot(history.speed_time, mps_to_kmh(1.0) * history.head_speed, color=HEAD_COLOUR, label="head")
+    speed.plot(history.speed_time, mps_to_kmh(1.0) * history.tail_speed, color=TAIL_COLOUR, ls="--", label="tail")
     speed.set_ylabel("speed [km/h]")
     speed.set_xlabel("simulation time [s]")
     speed.set_xlim(edges[0], edges[-1])

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haul_ros.analysis.envelopes import bottomed_couplers, recorded_extremes
+from haul_ros.analysis.envelopes import bottomed_couplers
 from haul_ros.errors import RecordingError
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance
-from haul_ros.recording.reader import JointSeries, Recording
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.series import VehicleSeries
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.session import Session, SessionStatus
 from haul_ros.units import NS_PER_S
@@ -41,7 +42,7 @@ class RunSummary:
 
     ``duration`` [s] is what was simulated; ``stop_time`` [s] is when the last vehicle came to rest,
     None if the train was moving at the end, then with ``final_speed`` [m/s]; ``distance`` [m] is
-    the way of the head. Peaks are taken at every time step, None where no coupler bore any.
+    what the head travelled. Peaks are taken at every time step, None where no coupler bore any.
     ``stop_time_resolution`` [s] is how exactly the stop time is known. A recording has no
     ``energy`` and no ``solver`` (None). ``real_time_factor`` is simulated over wall time, None if
     it was not measured.
@@ -133,12 +134,12 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.vehicles.topic}: nothing was run")
     return _summary(
         scenario,
-        recorded_extremes(recording),
+        recording.last_extremes().extremes,
         duration=(journey.times_ns[1] - journey.times_ns[0]) / NS_PER_S,
         stop_time=None if journey.standing_since_ns is None else journey.standing_since_ns / NS_PER_S,
         stop_time_resolution=1.0 / scenario.sample_rate,
         final_speed=journey.final_speed,
-        distance=journey.places[1] - journey.places[0],
+        distance=journey.chainage[1] - journey.chainage[0],
         energy=None,
         solver=None,
         real_time_factor=None,
@@ -148,24 +149,24 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
 class _Journey:
     """What a summary needs of the vehicles' samples, taken piece by piece.
 
-    ``times_ns`` and ``places`` [m] are those of the head in the first and the last sample; ``standing_since_ns`` is
+    ``times_ns`` and ``chainage`` [m] are those of the head in the first and the last sample; ``standing_since_ns`` is
     the time of the first sample from which on every vehicle stands, None if one moves in the last.
     """
 
     def __init__(self) -> None:
         self.times_ns: tuple[int, int] | None = None
-        self.places = (0.0, 0.0)
+        self.chainage = (0.0, 0.0)
         self.standing_since_ns: int | None = None
         self.final_speed = 0.0
 
-    def add(self, vehicles: JointSeries) -> None:
+    def add(self, vehicles: VehicleSeries) -> None:
         if not len(vehicles.time_ns):
             return
-        time_ns, head = vehicles.time_ns, vehicles.position[:, 0]
-        first_ns, first_place = (self.times_ns[0], self.places[0]) if self.times_ns else (int(time_ns[0]), head[0])
-        self.times_ns, self.places = (first_ns, int(time_ns[-1])), (float(first_place), float(head[-1]))
-        self.final_speed = float(vehicles.velocity[-1, 0])
-        moving = np.flatnonzero(vehicles.velocity.any(axis=1))
+        time_ns, head = vehicles.time_ns, vehicles.chainage[:, 0]
+        first_ns, first = (self.times_ns[0], self.chainage[0]) if self.times_ns else (int(time_ns[0]), float(head[0]))
+        self.times_ns, self.chainage = (first_ns, int(time_ns[-1])), (first, float(head[-1]))
+        self.final_speed = float(vehicles.speed[-1, 0])
+        moving = np.flatnonzero(vehicles.speed.any(axis=1))
         if len(moving):
             standing = int(moving[-1]) + 1
             self.standing_since_ns = int(time_ns[standing]) if standing < len(time_ns) else None

@@ -7,7 +7,8 @@ import json
 from typing import Any
 
 from haul_ros.cli.layout import file_size, rows
-from haul_ros.recording.reader import Recording, RecordingInfo
+from haul_ros.recording.info import RecordingInfo
+from haul_ros.recording.reader import Recording
 from haul_ros.units import NS_PER_S
 
 

@@ -11,19 +11,26 @@ from haul_ros.physics.energy import EnergyBalance
 from haul_ros.simulation.session import SessionStatus
 from haul_ros.units import mps_to_kmh
 
-_COMPARED: dict[str, Callable[[RunSummary], float | None]] = {
-    "stop [s]": lambda run: run.stop_time,
-    "distance [m]": lambda run: run.distance,
-    "final speed [km/h]": lambda run: mps_to_kmh(run.final_speed),
-    "compression [kN]": lambda run: run.compression.value / 1e3 if run.compression else 0.0,
-    "  at [s]": lambda run: run.compression.time if run.compression else None,
-    "  of the train": lambda run: run.compression.position if run.compression else None,
-    "tension [kN]": lambda run: run.tension.value / 1e3 if run.tension else 0.0,
-    "  at [s]  ": lambda run: run.tension.time if run.tension else None,
-    "  of the train  ": lambda run: run.tension.position if run.tension else None,
-    "stroke [mm]": lambda run: run.stroke.value * 1e3 if run.stroke else 0.0,
-}
-"""Numbers of a run by name."""
+_Number = tuple[str, Callable[[RunSummary], float | None]]
+
+
+def _peak_numbers(name: str, peak_of: Callable[[RunSummary], CouplerPeak | None]) -> list[_Number]:
+    return [
+        (f"{name} [kN]", lambda run: peak.value / 1e3 if (peak := peak_of(run)) else 0.0),
+        ("  at [s]", lambda run: peak.time if (peak := peak_of(run)) else None),
+        ("  of the train", lambda run: peak.position if (peak := peak_of(run)) else None),
+    ]
+
+
+_COMPARED: list[_Number] = [
+    ("stop [s]", lambda run: run.stop_time),
+    ("distance [m]", lambda run: run.distance),
+    ("final speed [km/h]", lambda run: mps_to_kmh(run.final_speed)),
+    *_peak_numbers("compression", lambda run: run.compression),
+    *_peak_numbers("tension", lambda run: run.tension),
+    ("stroke [mm]", lambda run: run.stroke.value * 1e3 if run.stroke else 0.0),
+]
+"""Numbers of a run in the order of their lines, each with its name; the indented ones belong to the one above."""
 
 _STANDINGS = ("fitted", "assumed", "overridden")
 
@@ -50,7 +57,7 @@ def summary_lines(summary: RunSummary) -> list[str]:
 def side_by_side(recorded: RunSummary, again: RunSummary) -> list[str]:
     """The numbers of two runs in columns."""
     lines = [f"  {'':18} {'recorded':>14} {'run again':>14}"]
-    for name, number in _COMPARED.items():
+    for name, number in _COMPARED:
         pair = [f"{value:14.3f}" if (value := number(run)) is not None else f"{'-':>14}" for run in (recorded, again)]
         lines.append(f"  {name:18} {' '.join(pair)}")
     return lines

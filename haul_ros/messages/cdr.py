@@ -134,6 +134,9 @@ def _doubles(values: ArrayLike, count: int) -> bytes:
 class JointStateCodec:
     """``sensor_msgs/JointState`` with fixed names and an empty ``frame_id``; all arrays (n,) float64."""
 
+    arrays = 3
+    """How many arrays a message has."""
+
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
         self.count = count = len(self.names)
@@ -202,6 +205,9 @@ class JointStateCodec:
 
 class ArrayCodec:
     """``std_msgs/Float64MultiArray`` of one labelled dimension of fixed size n."""
+
+    arrays = 1
+    """How many arrays a message has."""
 
     def __init__(self, label: str, count: int) -> None:
         self.count = count

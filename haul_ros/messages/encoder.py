@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from haul_ros.messages.cdr import (
-    ArrayCodec,
     JointStateCodec,
     encode_bool,
     encode_float64,
@@ -16,6 +15,15 @@ from haul_ros.messages.cdr import (
     serialize,
 )
 from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
+from haul_ros.messages.quantities import (
+    COUPLER_QUANTITIES,
+    PRESSURE_QUANTITY,
+    VEHICLE_QUANTITIES,
+    coupler_arrays,
+    extreme_arrays,
+    pressure_codec,
+    vehicle_arrays,
+)
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
@@ -24,9 +32,6 @@ from haul_ros.units import NS_PER_S
 
 LOGGER = "haul."
 """Stands before the kind of an event in the name of its logger."""
-
-_COUPLER_QUANTITIES = ("stroke [m]", "stroke rate [m/s]", "force [N]")
-_VEHICLE_QUANTITIES = ("chainage [m]", "speed [m/s]", "brake force [N]")
 
 _INFO, _WARN = 20, 30
 _LEVELS = {
@@ -65,7 +70,7 @@ class TelemetryEncoder:
         self.channels = channel_table([locomotive.name for locomotive in consist.locomotives], prefix)
         self._couplers = JointStateCodec(consist.coupler_names)
         self._vehicles = JointStateCodec(consist.vehicle_names)
-        self._pressure = ArrayCodec("vehicle", len(consist.vehicles))
+        self._pressure = pressure_codec(len(consist.vehicles))
 
     def sample(self, sample: Sample) -> tuple[Message, Message, Message]:
         """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and cylinder pressure.
@@ -76,8 +81,8 @@ class TelemetryEncoder:
             An array of the sample has not the length of this train.
         """
         time_ns, channels = sample.time_ns, self.channels
-        couplers = self._couplers.encode(time_ns, sample.stroke, sample.stroke_rate, sample.coupler_force)
-        vehicles = self._vehicles.encode(time_ns, sample.chainage, sample.speed, sample.brake_force)
+        couplers = self._couplers.encode(time_ns, *coupler_arrays(sample))
+        vehicles = self._vehicles.encode(time_ns, *vehicle_arrays(sample))
         return (
             Message(channels.couplers, time_ns, couplers),
             Message(channels.vehicles, time_ns, vehicles),
@@ -93,27 +98,17 @@ class TelemetryEncoder:
             It is not of this train.
         """
         if message.channel == self.channels.brake_cylinder_pressure:
-            return {"pressure [Pa]": self._pressure.decode(message.data)}
+            return {PRESSURE_QUANTITY: self._pressure.decode(message.data)}
         of_couplers = message.channel == self.channels.couplers
         arrays = (self._couplers if of_couplers else self._vehicles).decode(message.data)
-        return dict(zip(_COUPLER_QUANTITIES if of_couplers else _VEHICLE_QUANTITIES, arrays, strict=True))
+        return dict(zip(COUPLER_QUANTITIES if of_couplers else VEHICLE_QUANTITIES, arrays, strict=True))
 
     def extremes(self, time_ns: int, extremes: CouplerExtremes) -> tuple[Message, Message]:
-        """Largest compression and largest tension of each coupler so far.
-
-        As JointState: position is the largest stroke [m] and effort the largest force [N], both negative in tension.
-        Velocity, which has no meaning for an extreme, holds the simulation time [s] at which that force occurred.
-        """
-        compression = self._couplers.encode(
-            time_ns, extremes.compression_stroke, extremes.compression_time, extremes.compression
-        )
-        # 0 - x rather than -x: a coupler never in tension shows 0, not -0
-        tension = self._couplers.encode(
-            time_ns, 0.0 - extremes.tension_stroke, extremes.tension_time, 0.0 - extremes.tension
-        )
+        """Largest compression and largest tension of each coupler so far; see `ExtremeArrays`."""
+        compression, tension = extreme_arrays(extremes)
         return (
-            Message(self.channels.max_compression, time_ns, compression),
-            Message(self.channels.max_tension, time_ns, tension),
+            Message(self.channels.max_compression, time_ns, self._couplers.encode(time_ns, *compression)),
+            Message(self.channels.max_tension, time_ns, self._couplers.encode(time_ns, *tension)),
         )
 
     def applied_brake(self, time_ns: int, locomotive: str, value: float) -> Message:

@@ -1,158 +1,52 @@
-"""Recordings read back: what a file is, and its series as arrays."""
+"""Recordings read back."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
+from itertools import groupby
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from mcap.reader import SeekingReader
 from mcap.records import Message as McapMessage
 from mcap.records import Statistics
 from mcap.summary import Summary
-from mcap.writer import MCAP0_MAGIC
-from numpy.typing import NDArray
 
-from haul_ros.errors import HaulError, RecordingError
-from haul_ros.messages.cdr import ArrayCodec, JointStateCodec, decode_bool, decode_float64, typestore
-from haul_ros.messages.channels import BOOL, FLOAT64, LOG, ChannelTable, channel_table
+from haul_ros.errors import RecordingError
+from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, typestore
+from haul_ros.messages.channels import BOOL, FLOAT64, LOG, Channel, ChannelTable, channel_table
 from haul_ros.messages.encoder import LOGGER, Message
+from haul_ros.messages.quantities import CouplerArrays, ExtremeArrays, VehicleArrays, extremes_of, pressure_codec
 from haul_ros.model.command import Command, CommandKind, TimedCommand
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.radio import TimedLink
-from haul_ros.model.sample import FloatArray
-from haul_ros.recording.chunks import Run, load_chunks, runs
-from haul_ros.recording.run_file import ACTIVE_SUFFIX, RECORD_NAME, SCENARIO_NAME, recovery_hint
+from haul_ros.recording.columns import ColumnReader, Columns
+from haul_ros.recording.info import RecordingInfo
+from haul_ros.recording.opening import open_finished, reading
+from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
+from haul_ros.recording.series import (
+    CouplerSeries,
+    PressureSeries,
+    RecordedExtremes,
+    Samples,
+    ScalarSeries,
+    VehicleSeries,
+)
+from haul_ros.recording.topics import TopicIndex
 from haul_ros.units import NS_PER_S
 
-TimeArray = NDArray[np.int64]
-
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
-
-
-@dataclass(frozen=True, slots=True)
-class TopicInfo:
-    """A topic of a recording and how many messages it has."""
-
-    topic: str
-    msgtype: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class RecordingInfo:
-    """What is in a recording. Times are simulation times; without messages both are 0.
-
-    ``compression`` is that of the chunks; ``dropped`` is how many messages the recorder could not write
-    (None: not known, it did not end); ``topics`` are sorted by name.
-    """
-
-    path: Path
-    size: int
-    version: str
-    scenario: str
-    description: str
-    time_step: float
-    vehicles: int
-    couplers: int
-    locomotives: tuple[str, ...]
-    compression: str
-    topics: tuple[TopicInfo, ...]
-    messages: int
-    start_ns: int
-    end_ns: int
-    dropped: int | None
-
-    @property
-    def duration(self) -> float:
-        """From the first to the last message [s]."""
-        return (self.end_ns - self.start_ns) / NS_PER_S
-
-    @property
-    def complete(self) -> bool:
-        """The recorder ended well and dropped nothing."""
-        return self.dropped == 0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class JointSeries:
-    """A JointState topic over time: ``time_ns`` (n,), k ``names``, the others (n, k).
-
-    Couplers: stroke [m], stroke rate [m/s], force [N], compression positive. Vehicles: chainage [m], speed [m/s],
-    brake force [N]. Extremes: stroke [m], time of the largest force [s], force [N].
-    """
-
-    time_ns: TimeArray
-    names: tuple[str, ...]
-    position: FloatArray
-    velocity: FloatArray
-    effort: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PressureSeries:
-    """Brake cylinder pressure [Pa] (n, k) of the k vehicles ``names`` at ``time_ns`` (n,)."""
-
-    time_ns: TimeArray
-    names: tuple[str, ...]
-    pressure: FloatArray
-
-
-class ScalarSeries(NamedTuple):
-    """A number over time: ``time_ns`` (n,) and ``values`` (n,); a Bool is 0 or 1."""
-
-    time_ns: TimeArray
-    values: FloatArray
-
-
-class Samples(NamedTuple):
-    """What was sampled of the train."""
-
-    couplers: JointSeries
-    vehicles: JointSeries
-    pressure: PressureSeries
-
-
-class _Columns:
-    """Arrays of a topic while they are filled: ``time_ns`` (n,) and the codec's arrays (n, k)."""
-
-    def __init__(self, topic: str, codec: JointStateCodec | ArrayCodec) -> None:
-        self.topic = topic
-        self.codec = codec
-        self.allocate(0)
-
-    def allocate(self, count: int) -> None:
-        """New arrays for so many messages."""
-        number = 3 if isinstance(self.codec, JointStateCodec) else 1
-        self.time_ns = np.empty(count, np.int64)
-        self.arrays = [np.empty((count, self.codec.count)) for _ in range(number)]
-        self._end = 0
-
-    def add(self, pieces: Iterable[Run]) -> None:
-        """Append messages."""
-        for run in pieces:
-            start, self._end = self._end, self._end + len(run.time_ns)
-            self.time_ns[start : self._end] = run.time_ns
-            for array, values in zip(self.arrays, self.codec.decode_many(run.messages), strict=True):
-                array[start : self._end] = values
-
-    def fill(self, pieces: list[Run]) -> None:
-        """Begin anew with these messages alone."""
-        self.allocate(sum(len(run.time_ns) for run in pieces))
-        self.add(pieces)
 
 
 class Recording:
     """A finished recording of haul_ros, opened for reading; a context manager.
 
     Every method reads what it returns from the file, in order of simulation time, and raises RecordingError if the
-    file turns out to be damaged there.
+    file turns out to be damaged there. What an older version did not record yet, there is none of.
 
     Raises
     ------
@@ -162,7 +56,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._stream = _open(self.path)
+        self._stream = open_finished(self.path)
         try:
             with self._border():
                 self._size = os.fstat(self._stream.fileno()).st_size
@@ -173,7 +67,9 @@ class Recording:
                 """Description of the run by the recorder, as text."""
                 locomotives: list[str] = json.loads(self.metadata["locomotives"])
                 self.channels: ChannelTable = channel_table(locomotives, self.metadata["topic_prefix"])
-                """The topics that the recorder knew."""
+                """The topics of such a train; a recording by an older version may lack some."""
+                self._topics = TopicIndex(self.path, self._summary, self._statistics, self.channels)
+                self._columns = ColumnReader(self._stream.fileno(), self._summary.chunk_indexes, self._topics)
         except BaseException:
             self._stream.close()
             raise
@@ -204,7 +100,6 @@ class Recording:
         with self._border():
             statistics = self._statistics
             dropped = self.metadata.get("messages_dropped")
-            names = sorted(channel.topic for channel in self._summary.channels.values())
             return RecordingInfo(
                 path=self.path,
                 size=self._size,
@@ -216,32 +111,39 @@ class Recording:
                 couplers=int(self.metadata["couplers"]),
                 locomotives=tuple(json.loads(self.metadata["locomotives"])),
                 compression=", ".join(sorted({c.compression or "none" for c in self._summary.chunk_indexes})) or "none",
-                topics=tuple(TopicInfo(name, self._msgtype(name), self._count(name)) for name in names),
+                topics=self._topics.infos(),
                 messages=statistics.message_count,
                 start_ns=statistics.message_start_time,
                 end_ns=statistics.message_end_time,
                 dropped=None if dropped is None else int(dropped),
             )
 
-    def couplers(self) -> JointSeries:
-        """Stroke, stroke rate and force of every coupler."""
-        return self._joints(self.channels.couplers.topic)
+    def count(self, channel: Channel) -> int:
+        """How many messages a channel has."""
+        return self._topics.count(channel.topic)
 
-    def vehicles(self) -> JointSeries:
+    def couplers(self) -> CouplerSeries:
+        """Stroke, stroke rate and force of every coupler."""
+        with self._border():
+            return _couplers(self._filled(self._joint_columns(self.channels.couplers)))
+
+    def vehicles(self) -> VehicleSeries:
         """Chainage, speed and brake force of every vehicle."""
-        return self._joints(self.channels.vehicles.topic)
+        with self._border():
+            return _vehicles(self._filled(self._joint_columns(self.channels.vehicles)))
 
     def pressure(self) -> PressureSeries:
         """Brake cylinder pressure of every vehicle; names are those of the vehicles' topic."""
         with self._border():
-            codec = self._joint_codec(self.channels.vehicles.topic)
-            (pressure,) = self._read([self._pressure_columns(codec)])
-            return PressureSeries(pressure.time_ns, codec.names, *pressure.arrays)
+            names = self._joint_codec(self.channels.vehicles).names
+            return _pressure(self._filled(self._pressure_columns(names)))
 
     def samples(self) -> Samples:
         """Couplers, vehicles and pressure in one go, faster than one by one."""
         with self._border():
-            return _samples(self._read(self._sample_columns()))
+            columns = self._sample_columns()
+            self._columns.read(columns)
+            return _samples(*columns)
 
     def blocks(self) -> Iterator[Samples]:
         """The same piece by piece, for files larger than memory.
@@ -250,32 +152,25 @@ class Recording:
         """
         with self._border():
             columns = self._sample_columns()
-            for pieces in self._runs_by_chunk(columns):
-                for column, found in zip(columns, pieces, strict=True):
-                    column.fill(found)
-                yield _samples(columns)
+            for _ in self._columns.read_by_chunk(columns):
+                yield _samples(*columns)
 
-    def max_compression(self) -> JointSeries:
-        """Largest buff force of every coupler so far, with stroke and time."""
-        return self._joints(self.channels.max_compression.topic)
+    def extremes(self) -> Iterator[RecordedExtremes]:
+        """Largest values of every coupler since the start of the run, at each time at which they were recorded."""
+        return self._extremes(reverse=False)
 
-    def max_tension(self) -> JointSeries:
-        """Largest draft force of every coupler so far, with stroke and time; force and stroke negative."""
-        return self._joints(self.channels.max_tension.topic)
+    def last_extremes(self) -> RecordedExtremes:
+        """The newest of `extremes`.
 
-    def last_extremes(self) -> tuple[JointSeries, JointSeries] | None:
-        """The newest of `max_compression` and `max_tension`, each a series of one; None if there is none."""
-        topics = (self.channels.max_compression.topic, self.channels.max_tension.topic)
-        with self._border():
-            found = []
-            for topic in topics:
-                newest = next(self._reader.iter_messages(topics=[topic], reverse=True), None)
-                if newest is None:
-                    return None
-                codec = JointStateCodec.of(newest[2].data)
-                arrays = (values[np.newaxis] for values in codec.decode(newest[2].data))
-                found.append(JointSeries(np.array([newest[2].log_time]), codec.names, *arrays))
-            return found[0], found[1]
+        Raises
+        ------
+        RecordingError
+            There are none.
+        """
+        newest = next(self._extremes(reverse=True), None)
+        if newest is None:
+            raise RecordingError(f"{self.path}: holds no {self.channels.max_compression.topic}: nothing was run")
+        return newest
 
     def scalars(self, topic: str) -> ScalarSeries:
         """A Float64 or Bool topic, by full name or relative to the node: ``slave_1/radio_delay``.
@@ -287,11 +182,11 @@ class Recording:
         """
         topic = self._full_name(topic)
         with self._border():
-            msgtype = self._msgtype(topic)
+            msgtype = self._topics.msgtype(topic)
             if msgtype not in _SCALARS:
                 raise RecordingError(f"{self.path}: {topic} is {msgtype}, expected {FLOAT64} or {BOOL}")
             decode = _SCALARS[msgtype]
-            count = self._count(topic)
+            count = self._topics.count(topic)
             time_ns, values = np.empty(count, np.int64), np.empty(count)
             for i, message in enumerate(self._messages(topic)):
                 time_ns[i] = message.log_time
@@ -373,129 +268,66 @@ class Recording:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
         return records[-1]
 
-    def _channel_id(self, topic: str) -> int:
-        for key, channel in self._summary.channels.items():
-            if channel.topic == topic:
-                return key
-        known = ", ".join(sorted(channel.topic for channel in self._summary.channels.values()))
-        raise RecordingError(f"{self.path}: no topic {topic}; it has {known}")
-
-    def _msgtype(self, topic: str) -> str:
-        channel = self._summary.channels[self._channel_id(topic)]
-        return self._summary.schemas[channel.schema_id].name
-
-    def _count(self, topic: str) -> int:
-        return self._statistics.channel_message_counts.get(self._channel_id(topic), 0)
-
     def _messages(self, topic: str) -> Iterator[McapMessage]:
         """As many messages as the statistics say, or ValueError."""
-        read = 0
+        read, expected = 0, self._topics.count(topic)
         for _, _, message in self._reader.iter_messages(topics=[topic]):
             read += 1
             yield message
-        if read != self._count(topic):
-            raise ValueError(f"{topic}: {read} messages, expected {self._count(topic)}")
+        if read != expected:
+            raise ValueError(f"{topic}: {read} messages, expected {expected}")
 
-    def _joint_codec(self, topic: str) -> JointStateCodec:
-        """The codec for the messages of a topic, from the first of them; without names if there is none."""
-        first = next(self._messages(topic), None)
+    def _extremes(self, reverse: bool) -> Iterator[RecordedExtremes]:
+        compression, tension = self.channels.max_compression.topic, self.channels.max_tension.topic
+        codec: JointStateCodec | None = None
+        with self._border():
+            found = self._reader.iter_messages(topics=[compression, tension], reverse=reverse)
+            for time_ns, group in groupby(found, lambda entry: entry[2].log_time):
+                data = {channel.topic: message.data for _, channel, message in group}
+                if len(data) < 2:  # cut off between the two
+                    continue
+                codec = codec or JointStateCodec.of(data[compression])
+                arrays = (ExtremeArrays(*codec.decode(data[topic])) for topic in (compression, tension))
+                yield RecordedExtremes(time_ns, extremes_of(*arrays))
+
+    def _joint_codec(self, channel: Channel) -> JointStateCodec:
+        """The codec for the messages of a channel, from the first of them; without names if there is none."""
+        first = next(self._messages(channel.topic), None)
         return JointStateCodec(()) if first is None else JointStateCodec.of(first.data)
 
-    def _joints(self, topic: str) -> JointSeries:
-        with self._border():
-            codec = self._joint_codec(topic)
-            (column,) = self._read([_Columns(topic, codec)])
-            return JointSeries(column.time_ns, codec.names, *column.arrays)
+    def _joint_columns(self, channel: Channel) -> Columns:
+        codec = self._joint_codec(channel)
+        return Columns(channel.topic, codec, codec.names)
 
-    def _pressure_columns(self, vehicles: JointStateCodec) -> _Columns:
-        return _Columns(self.channels.brake_cylinder_pressure.topic, ArrayCodec("vehicle", len(vehicles.names)))
+    def _pressure_columns(self, vehicles: tuple[str, ...]) -> Columns:
+        return Columns(self.channels.brake_cylinder_pressure.topic, pressure_codec(len(vehicles)), vehicles)
 
-    def _sample_columns(self) -> list[_Columns]:
-        couplers, vehicles = self.channels.couplers.topic, self.channels.vehicles.topic
-        codec = self._joint_codec(vehicles)
-        return [
-            _Columns(couplers, self._joint_codec(couplers)),
-            _Columns(vehicles, codec),
-            self._pressure_columns(codec),
-        ]
+    def _sample_columns(self) -> tuple[Columns, Columns, Columns]:
+        couplers, vehicles = map(self._joint_columns, (self.channels.couplers, self.channels.vehicles))
+        return couplers, vehicles, self._pressure_columns(vehicles.names)
 
-    def _read(self, columns: list[_Columns]) -> list[_Columns]:
-        """The columns, filled with all messages of their topics."""
-        for column in columns:
-            column.allocate(self._count(column.topic))
-        for pieces in self._runs_by_chunk(columns):
-            for column, found in zip(columns, pieces, strict=True):
-                column.add(found)
+    def _filled(self, columns: Columns) -> Columns:
+        self._columns.read([columns])
         return columns
-
-    def _runs_by_chunk(self, columns: list[_Columns]) -> Iterator[list[list[Run]]]:
-        """Messages of each column's topic, in order of time; as many as the statistics say, or ValueError."""
-        channels = [self._channel_id(column.topic) for column in columns]
-        read, last_ns = [0] * len(columns), [0] * len(columns)
-        for chunk in load_chunks(self._stream.fileno(), self._summary.chunk_indexes, channels):
-            pieces = []
-            for i, (column, channel) in enumerate(zip(columns, channels, strict=True)):
-                found = list(runs(chunk, channel, column.codec.size)) if channel in chunk.entries else []
-                for time_ns in (run.time_ns for run in found):
-                    if time_ns[0] < last_ns[i] or (np.diff(time_ns) < 0).any():
-                        raise ValueError(f"{column.topic}: messages are not in order of time")
-                    read[i], last_ns[i] = read[i] + len(time_ns), int(time_ns[-1])
-                pieces.append(found)
-            yield pieces
-        for column, count in zip(columns, read, strict=True):
-            if count != self._count(column.topic):
-                raise ValueError(f"{column.topic}: {count} messages, expected {self._count(column.topic)}")
 
     def _full_name(self, topic: str) -> str:
         return topic if topic.startswith("/") else f"{self.channels.prefix}/{topic}"
 
-    @contextmanager
-    def _border(self) -> Iterator[None]:
-        """Whatever the libraries raise on damaged bytes becomes one error that names the file."""
-        try:
-            yield
-        except HaulError:
-            raise
-        except OSError as err:
-            raise RecordingError(f"{self.path}: cannot be read: {err.strerror}") from err
-        except Exception as err:
-            raise RecordingError(f"{self.path}: damaged recording: {type(err).__name__}: {err}") from err
+    def _border(self) -> AbstractContextManager[None]:
+        return reading(self.path)
 
 
-def _samples(columns: list[_Columns]) -> Samples:
-    couplers, vehicles, pressure = columns
-    assert isinstance(couplers.codec, JointStateCodec)
-    assert isinstance(vehicles.codec, JointStateCodec)
-    return Samples(
-        JointSeries(couplers.time_ns, couplers.codec.names, *couplers.arrays),
-        JointSeries(vehicles.time_ns, vehicles.codec.names, *vehicles.arrays),
-        PressureSeries(pressure.time_ns, vehicles.codec.names, *pressure.arrays),
-    )
+def _couplers(columns: Columns) -> CouplerSeries:
+    return CouplerSeries(columns.time_ns, columns.names, **CouplerArrays(*columns.arrays)._asdict())
 
 
-def _open(path: Path) -> BinaryIO:
-    """Open a file that begins and ends as MCAP files do, or say what is wrong with it."""
-    active = path.with_name(path.name + ACTIVE_SUFFIX)
-    try:
-        stream = path.open("rb")
-    except FileNotFoundError:
-        hint = f"; an unfinished recording {active.name} lies there, {recovery_hint(active)}" if active.exists() else ""
-        raise RecordingError(f"{path}: no such file{hint}") from None
-    except OSError as err:
-        raise RecordingError(f"{path}: cannot be read: {err.strerror}") from err
-    try:
-        head = stream.read(len(MCAP0_MAGIC))
-        stream.seek(max(len(head), stream.seek(0, os.SEEK_END) - len(MCAP0_MAGIC)))
-        tail = stream.read()
-        stream.seek(0)
-    except OSError as err:
-        stream.close()
-        raise RecordingError(f"{path}: cannot be read: {err.strerror}") from err
-    if head == tail == MCAP0_MAGIC:
-        return stream
-    stream.close()
-    if head != MCAP0_MAGIC:
-        raise RecordingError(f"{path}: {'not an MCAP file' if head else 'empty'}, expected a recording of haul_ros")
-    if path.suffix == ACTIVE_SUFFIX:
-        raise RecordingError(f"{path}: unfinished: its recorder still writes or was killed; {recovery_hint(path)}")
-    raise RecordingError(f"{path}: unfinished or cut off: does not end as an MCAP file does; {recovery_hint(path)}")
+def _vehicles(columns: Columns) -> VehicleSeries:
+    return VehicleSeries(columns.time_ns, columns.names, **VehicleArrays(*columns.arrays)._asdict())
+
+
+def _pressure(columns: Columns) -> PressureSeries:
+    return PressureSeries(columns.time_ns, columns.names, *columns.arrays)
+
+
+def _samples(couplers: Columns, vehicles: Columns, pressure: Columns) -> Samples:
+    return Samples(_couplers(couplers), _vehicles(vehicles), _pressure(pressure))

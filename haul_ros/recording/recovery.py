@@ -5,34 +5,31 @@ from __future__ import annotations
 import json
 import os
 import struct
-import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import BytesIO
+from io import BufferedReader, FileIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
 
-from mcap.data_stream import ReadDataStream
+from mcap.data_stream import RecordBuilder
+from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Header, Metadata
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, McapRecord, MessageIndex, Metadata
 from mcap.records import Message as McapMessage
-from mcap.stream_reader import breakup_chunk
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from haul_ros.errors import HaulError, RecordingError
+from haul_ros.errors import RecordingError
 from haul_ros.messages.channels import channel_table
 from haul_ros.messages.encoder import Message
+from haul_ros.recording.opening import another_kind
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile
 
 RECOVERING_SUFFIX = ".recovering"
 """Added to the name of a file that is being recovered; ``.active`` may be the name of what it is recovered from."""
 
-_RECORD = struct.Struct("<BQ")
-
-
-_INDEX_HEAD = struct.Struct("<HI")
-_DATA_END_LENGTH = 4
+LONGEST_RECORD = 16 * 1024 * 1024
+"""Bytes of memory for one record, whatever a damaged one says of its length; a chunk has little more than 1 MiB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +57,7 @@ def recover(source: Path, target: Path) -> Recovery:
         exists or cannot be written. There is no ``target`` then.
     """
     try:
-        with source.open("rb") as stream:
+        with _Window(FileIO(source)) as stream:
             return _recover(_Source(source, stream), target)
     except OSError as err:
         raise RecordingError(f"{source}: cannot be recovered: {err.strerror}") from err
@@ -101,46 +98,45 @@ def _recover(source: _Source, target: Path) -> Recovery:
     return Recovery(counts.total(), end_ns, missing, source.size - source.good, source.damage)
 
 
-class _Record(NamedTuple):
-    opcode: int
-    content: bytes
+class _Window(BufferedReader):
+    """A file that is read up to ``end`` and no further, whatever a damaged length asks for."""
+
+    end = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        rest = max(0, self.end - self.tell())
+        return super().read(rest if size is None or size < 0 else min(size, rest))
 
 
 class _Source:
     """A recording read from its start to its first damage; ``good`` bytes of it are of use."""
 
-    def __init__(self, path: Path, stream: BinaryIO) -> None:
+    def __init__(self, path: Path, stream: _Window) -> None:
         self.path = path
         self.size = os.fstat(stream.fileno()).st_size
         self.good = 0
         self.damage: str | None = None
         self._stream = stream
+        self._records = self._read_records()
 
     def read_beginning(self) -> tuple[dict[str, str], str]:
         """Description of the run and scenario, which are written before the first message."""
-        if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            kind = "not an MCAP file" if self.size else "empty"
-            raise RecordingError(f"{self.path}: {kind}, expected a recording of haul_ros")
-        self.good = len(MCAP0_MAGIC)
+        head = os.pread(self._stream.fileno(), len(MCAP0_MAGIC), 0)
+        if head != MCAP0_MAGIC:
+            raise RecordingError(f"{self.path}: {another_kind(head)}")
         description: dict[str, str] | None = None
-        for record in self._records():
-            try:
-                content = ReadDataStream(BytesIO(record.content))
-                if record.opcode == Opcode.HEADER and (profile := Header.read(content).profile) != "ros2":
-                    raise RecordingError(f"{self.path}: MCAP profile {profile!r}, expected 'ros2'")
-                if record.opcode == Opcode.METADATA and (found := Metadata.read(content)).name == RECORD_NAME:
-                    description = found.metadata
-                if record.opcode == Opcode.ATTACHMENT and description is not None:
-                    if zlib.crc32(record.content[:-4]) != int.from_bytes(record.content[-4:], "little"):
-                        raise ValueError("attachment with another checksum")
-                    if (attached := Attachment.read(content)).name == SCENARIO_NAME:
-                        return description, attached.data.decode()
-                if record.opcode == Opcode.CHUNK:
+        for record in self._records:
+            if isinstance(record, Header) and record.profile != "ros2":
+                raise RecordingError(f"{self.path}: MCAP profile {record.profile!r}, expected 'ros2'")
+            if isinstance(record, Metadata) and record.name == RECORD_NAME:
+                description = record.metadata
+            if isinstance(record, Attachment) and record.name == SCENARIO_NAME and description is not None:
+                try:
+                    return description, record.data.decode()
+                except UnicodeDecodeError as err:
+                    self.damage = f"damaged scenario: {err}"
                     break
-            except HaulError:
-                raise
-            except Exception as err:
-                self.damage = f"{type(err).__name__}: {err}"
+            if isinstance(record, Chunk):
                 break
         if self.damage is None:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
@@ -149,51 +145,62 @@ class _Source:
     def chunks(self) -> Iterator[list[tuple[str, McapMessage]]]:
         """The messages of each chunk with their topics."""
         topics: dict[int, str] = {}
-        for record in self._records():
-            before = self.good - _RECORD.size - len(record.content)
-            if record.opcode == Opcode.CHUNK:
+        for record in self._records:
+            if isinstance(record, Chunk):
                 try:
-                    chunk = Chunk.read(ReadDataStream(BytesIO(record.content)))
-                    records = breakup_chunk(chunk, validate_crc=True)
+                    records = breakup_chunk(record, validate_crc=True)
                     topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
                     messages = [
                         (topics[entry.channel_id], entry) for entry in records if isinstance(entry, McapMessage)
                     ]
                 except Exception as err:  # whatever the libraries raise on damaged bytes
-                    self.good, self.damage = before, f"damaged chunk: {type(err).__name__}: {err}"
+                    self.damage = f"damaged chunk: {type(err).__name__}: {err}"
                     return
                 yield messages
-            elif not _stands_between_chunks(record):
-                self.good, self.damage = before, f"unexpected record {record.opcode}"
+            elif not isinstance(record, (MessageIndex, Metadata)):  # both are made anew
+                self.damage = f"{type(record).__name__} where a chunk is expected"
                 return
 
-    def _records(self) -> Iterator[_Record]:
-        """Whole records up to the end of the data; ``damage`` tells if that is not reached."""
-        while True:
-            head = self._stream.read(_RECORD.size)
-            if len(head) < _RECORD.size:
-                self.damage = "the file ends too early"
-                return
-            opcode, length = _RECORD.unpack(head)
-            if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
-                self.damage = f"no record of MCAP begins with {opcode}"
-                return
-            if length > self.size - self.good - _RECORD.size:
-                self.damage = "the file ends within a record"
-                return
-            content = self._stream.read(length)
-            self.good += _RECORD.size + length
-            if opcode == Opcode.DATA_END and length == _DATA_END_LENGTH:
-                self.good = self.size
-                return
-            yield _Record(opcode, content)
+    def _read_records(self) -> Iterator[McapRecord]:
+        """Whole records up to the end of the data; ``damage`` is set if that is not reached.
 
+        A record counts as good as soon as the next one is asked for.
+        """
+        self.good = self._stream.seek(len(MCAP0_MAGIC))
+        self._stream.end = self.good + LONGEST_RECORD
+        reader = StreamReader(self._stream, skip_magic=True, emit_chunks=True, record_size_limit=LONGEST_RECORD)
+        try:
+            for record in reader.records:
+                end = self._stream.tell()
+                self._compare(record, end)
+                if isinstance(record, DataEnd):
+                    self.good = self.size
+                    return
+                yield record
+                self.good, self._stream.end = end, end + LONGEST_RECORD
+        except OSError:
+            raise
+        except Exception as err:  # whatever the library raises on damaged bytes
+            self.damage = self._damage(err)
 
-def _stands_between_chunks(record: _Record) -> bool:
-    """Whether it is a message index of fitting length, or metadata; both are made anew."""
-    if record.opcode != Opcode.MESSAGE_INDEX:
-        return record.opcode == Opcode.METADATA
-    if len(record.content) < _INDEX_HEAD.size:
-        return False
-    _, length = _INDEX_HEAD.unpack_from(record.content)
-    return len(record.content) == _INDEX_HEAD.size + int(length)
+    def _compare(self, record: McapRecord, end: int) -> None:
+        """Written again, a record must be the bytes from the last good one up to ``end``.
+
+        The library checks neither the checksum of an attachment nor that a record ends where its length says, and
+        skips records of unknown kinds without a word.
+        """
+        builder = RecordBuilder()
+        record.write(builder)
+        if builder.end() != os.pread(self._stream.fileno(), end - self.good, self.good):
+            raise ValueError(f"{type(record).__name__} with another length or checksum")
+
+    def _damage(self, err: Exception) -> str:
+        """What is wrong behind the last good record."""
+        kind = os.pread(self._stream.fileno(), 1, self.good)
+        if kind and kind[0] not in set(Opcode):
+            return f"no record of MCAP begins with {kind[0]}"
+        if self._stream.tell() == self.size:
+            return "the file ends too early"
+        if isinstance(err, (EndOfFile, struct.error)):
+            return f"damaged record: longer than {LONGEST_RECORD} bytes"
+        return f"damaged record: {type(err).__name__}: {err}"

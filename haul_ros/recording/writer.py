@@ -46,7 +46,7 @@ class McapRecorder:
 
     ``when_full`` says what `put` does when the disk is ``queue_limit`` puts behind: ``drop`` counts and goes on, for
     a run in real time; ``block`` waits, for a run that may take its time. A failure while writing (disk full) does
-    not disturb the caller: everything after it is dropped, ``status`` tells, ``close`` raises.
+    not disturb the caller: everything after it is dropped, ``status`` reports it, ``close`` raises.
 
     Sequence numbers count the messages put per channel, so a gap in the file shows where some were dropped.
 

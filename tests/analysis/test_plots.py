@@ -9,9 +9,18 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from haul_ros.analysis.plots import BrakeEvent, brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.history import read_history
+from haul_ros.analysis.plots import (
+    HISTORY_COLUMNS,
+    BrakeEvent,
+    brake_events,
+    history_figure,
+    profile_figure,
+    save_png,
+)
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording.reader import Recording, ScalarSeries
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.series import ScalarSeries
 from haul_ros.scenario import load_scenario
 
 if TYPE_CHECKING:
@@ -28,9 +37,9 @@ def profile(scenario: Scenario, run: RecordedRun) -> Figure:
 @pytest.fixture
 def history(scenario: Scenario, run: RecordedRun) -> Figure:
     with Recording(run.path) as recording:
-        couplers, vehicles = recording.couplers(), recording.vehicles()
+        shown = read_history(recording, HISTORY_COLUMNS)
     events = [BrakeEvent(0.5, 0, True), BrakeEvent(1.5, 21, True), BrakeEvent(3.0, 21, False)]
-    return history_figure(scenario.consist, couplers, vehicles, events, "short train")
+    return history_figure(scenario.consist, shown, events, "short train")
 
 
 def test_every_change_of_an_applied_brake_is_an_event() -> None:
@@ -78,7 +87,7 @@ def test_the_history_has_symmetric_colours_and_the_head_on_top(history: Figure, 
     low, high = mesh.get_clim()
     assert low == -high
     with Recording(run.path) as recording:
-        assert high == pytest.approx(np.abs(recording.couplers().effort).max() / 1e3)
+        assert high == pytest.approx(np.abs(recording.couplers().force).max() / 1e3)
     assert force.get_ylim() == (22.0, 0.0)
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tests.analysis.conftest import RecordedRun
 
 
-def test_a_peak_names_the_coupler_its_vehicles_and_its_place(scenario: Scenario) -> None:
+def test_a_peak_names_the_coupler_its_vehicles_and_its_position(scenario: Scenario) -> None:
     values, times = np.zeros(21), np.zeros(21)
     values[10], times[10] = 5e5, 3.25
     found = peak(scenario.consist, values, times)
@@ -30,7 +30,7 @@ def test_a_peak_names_the_coupler_its_vehicles_and_its_place(scenario: Scenario)
     assert found.position == 0.5
 
 
-def test_of_equal_peaks_the_first_is_told(scenario: Scenario) -> None:
+def test_of_equal_peaks_the_first_is_reported(scenario: Scenario) -> None:
     values = np.zeros(21)
     values[[4, 9]] = 1.0
     found = peak(scenario.consist, values)
@@ -66,7 +66,7 @@ def test_the_summary_of_a_session_is_what_the_session_says(run: RecordedRun) -> 
     assert summary.caveats == session.scenario.caveats
 
 
-def test_a_recording_tells_the_same_but_for_the_resolution_of_the_stop_and_what_is_not_recorded(
+def test_a_recording_gives_the_same_but_for_the_resolution_of_the_stop_and_what_is_not_recorded(
     run: RecordedRun,
 ) -> None:
     expected = summarize_session(run.session, wall_time=1.0)

@@ -17,7 +17,7 @@ def recorded(haul: Haul) -> Haul:
     return haul
 
 
-def test_info_tells_the_run_its_times_and_topics(recorded: Haul) -> None:
+def test_info_prints_the_run_its_times_and_topics(recorded: Haul) -> None:
     outcome = recorded("info", "run.mcap")
     assert (outcome.status, outcome.err) == (0, "")
     assert outcome.out.startswith("run.mcap: ")

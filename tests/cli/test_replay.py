@@ -115,14 +115,14 @@ def test_the_same_driver_with_another_radio_delay_is_another_run_in_a_new_file(r
     with Recording("run.mcap") as first, Recording("late.mcap") as second:
         assert first.commands() == second.commands()
         assert second.scalars("slave_1/applied_brake").time_ns.tolist() == [0, SECOND * 7 // 2]
-        peaks = [float(r.max_compression().effort[-1].max()) / 1e3 for r in (first, second)]
+        peaks = [float(r.last_extremes().extremes.compression.max()) / 1e3 for r in (first, second)]
     (line,) = (line for line in outcome.out.splitlines() if line.startswith("  compression [kN]"))
     assert line.split()[2:] == [f"{peak:.3f}" for peak in peaks]
     assert recorded("replay", "late.mcap").status == 0
     expected = recorded("run", "short.yaml", "--set", "radio.default.delay_s=3", "-o", "direct.mcap", "--quiet")
     assert expected.status == 0
     with Recording("late.mcap") as late, Recording("direct.mcap") as direct:
-        np.testing.assert_array_equal(late.couplers().effort, direct.couplers().effort)
+        np.testing.assert_array_equal(late.couplers().force, direct.couplers().force)
 
 
 def test_recorded_links_are_kept_unless_the_radio_is_changed(live: Haul) -> None:

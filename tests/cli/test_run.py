@@ -5,6 +5,7 @@ import os
 import re
 import signal
 from collections.abc import Iterator
+from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,21 +93,27 @@ def test_the_recording_holds_the_samples_commands_and_brakes_of_the_run_bit_for_
         applied = {name: recording.scalars(f"{name}/applied_brake") for name in ("master", "slave_1")}
         delay = recording.scalars("slave_1/radio_delay")
         connected = recording.scalars("slave_1/radio_connected")
-        extremes = recording.max_compression()
+        extremes = list(recording.extremes())
         assert recording.info().complete
     np.testing.assert_array_equal(couplers.time_ns, [sample.time_ns for sample in samples])
-    np.testing.assert_array_equal(couplers.position, [sample.stroke for sample in samples])
-    np.testing.assert_array_equal(couplers.velocity, [sample.stroke_rate for sample in samples])
-    np.testing.assert_array_equal(couplers.effort, [sample.coupler_force for sample in samples])
-    np.testing.assert_array_equal(vehicles.position, [sample.chainage for sample in samples])
-    np.testing.assert_array_equal(vehicles.velocity, [sample.speed for sample in samples])
-    np.testing.assert_array_equal(vehicles.effort, [sample.brake_force for sample in samples])
+    np.testing.assert_array_equal(couplers.stroke, [sample.stroke for sample in samples])
+    np.testing.assert_array_equal(couplers.stroke_rate, [sample.stroke_rate for sample in samples])
+    np.testing.assert_array_equal(couplers.force, [sample.coupler_force for sample in samples])
+    np.testing.assert_array_equal(vehicles.chainage, [sample.chainage for sample in samples])
+    np.testing.assert_array_equal(vehicles.speed, [sample.speed for sample in samples])
+    np.testing.assert_array_equal(vehicles.brake_force, [sample.brake_force for sample in samples])
     np.testing.assert_array_equal(pressure.pressure, [sample.cylinder_pressure for sample in samples])
     assert applied["master"].time_ns.tolist() == [0, SECOND // 2]
     assert applied["slave_1"].time_ns.tolist() == [0, SECOND * 3 // 2]
     assert (delay.time_ns.tolist(), delay.values.tolist()) == ([0], [1.0])
     assert (connected.time_ns.tolist(), connected.values.tolist()) == ([0], [1.0])
-    assert extremes.time_ns.tolist() == [period.sample.time_ns for period in told if period.extremes]
+    expected = [(period.sample.time_ns, period.extremes) for period in told if period.extremes]
+    for (time_ns, found), (expected_ns, largest) in zip(extremes, expected, strict=True):
+        assert time_ns == expected_ns
+        for field in fields(largest):
+            if field.name != "bottomed_time":
+                np.testing.assert_array_equal(getattr(found, field.name), getattr(largest, field.name), field.name)
+    assert min(extremes[-1].extremes.compression.max(), extremes[-1].extremes.tension.max()) > 0.0
 
 
 def test_messages_lie_in_the_file_in_the_order_of_simulation_time(haul: Haul) -> None:
@@ -165,7 +172,7 @@ def test_ctrl_c_completes_the_recording_and_tells_the_summary_so_far(
     assert signal.getsignal(signal.SIGINT) is before
     with Recording("run.mcap") as recording:
         assert recording.info().complete
-        assert recording.couplers().time_ns[-1] == recording.max_tension().time_ns[-1] == 101 * SECOND // 50
+        assert recording.couplers().time_ns[-1] == recording.last_extremes().time_ns == 101 * SECOND // 50
 
 
 def test_a_closed_draft_gear_is_warned_of(haul: Haul) -> None:

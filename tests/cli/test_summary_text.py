@@ -31,15 +31,18 @@ def test_where_no_coupler_bore_any_force_there_is_none(summary: RunSummary) -> N
     json.dumps(found, allow_nan=False)
 
 
-def test_the_direction_of_the_largest_stroke_is_told(summary: RunSummary) -> None:
+def test_the_direction_of_the_largest_stroke_is_printed(summary: RunSummary) -> None:
     session = Session(load_scenario("short.yaml"), play_commands=True)
     while not session.finished:
         session.advance()
     ran = summarize_session(session, wall_time=1.0)
     assert ran.compression_stroke is not None
     large = replace(ran.compression_stroke, value=1.0)
-    for name, word in (("compression_stroke", "compression"), ("tension_stroke", "tension")):
-        (line,) = (line for line in summary_lines(replace(ran, **{name: large})) if "largest stroke" in line)
+    for changed, word in (
+        (replace(ran, compression_stroke=large), "compression"),
+        (replace(ran, tension_stroke=large), "tension"),
+    ):
+        (line,) = (line for line in summary_lines(changed) if "largest stroke" in line)
         assert f"1000.00 mm in {word}" in line
 
 

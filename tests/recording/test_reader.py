@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,9 @@ from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
-from haul_ros.recording.reader import Recording, TopicInfo
+from haul_ros.recording.info import TopicInfo
+from haul_ros.recording.reader import Recording
+from haul_ros.recording.series import CouplerSeries, PressureSeries, Samples, VehicleSeries
 from haul_ros.recording.writer import McapRecorder
 
 COMMANDS = (
@@ -50,9 +52,18 @@ def run(
             recorder.put(encoder.sample(sample), 1)
         recorder.put([encoder.command(time_ns, command) for time_ns, command in COMMANDS], 2)
         recorder.put(encoder.extremes(5_000_000_000, extremes), 3)
+        recorder.put(encoder.extremes(6_000_000_000, larger(extremes)), 3)
         recorder.put(encoder.radio(0, "slave_1", True, 2.0), 4)
         recorder.put(encoder.radio(3_000_000_000, "slave_1", False, 2.5), 5)
     return path
+
+
+def larger(extremes: CouplerExtremes) -> CouplerExtremes:
+    return replace(extremes, compression=extremes.compression * 2.0, tension_time=extremes.tension_time + 1.0)
+
+
+def series_of(samples: Samples) -> tuple[CouplerSeries | VehicleSeries | PressureSeries, ...]:
+    return samples.couplers, samples.vehicles, samples.pressure
 
 
 def stacked(samples: list[Sample], name: str) -> np.ndarray:
@@ -66,21 +77,20 @@ def test_samples_are_read_as_they_were(run: Path, consist: Consist, samples: lis
         np.testing.assert_array_equal(series.time_ns, [sample.time_ns for sample in samples])
     assert couplers.names == consist.coupler_names
     assert vehicles.names == pressure.names == consist.vehicle_names
-    np.testing.assert_array_equal(couplers.position, stacked(samples, "stroke"))
-    np.testing.assert_array_equal(couplers.velocity, stacked(samples, "stroke_rate"))
-    np.testing.assert_array_equal(couplers.effort, stacked(samples, "coupler_force"))
-    np.testing.assert_array_equal(vehicles.position, stacked(samples, "chainage"))
-    np.testing.assert_array_equal(vehicles.velocity, stacked(samples, "speed"))
-    np.testing.assert_array_equal(vehicles.effort, stacked(samples, "brake_force"))
+    np.testing.assert_array_equal(couplers.stroke, stacked(samples, "stroke"))
+    np.testing.assert_array_equal(couplers.stroke_rate, stacked(samples, "stroke_rate"))
+    np.testing.assert_array_equal(couplers.force, stacked(samples, "coupler_force"))
+    np.testing.assert_array_equal(vehicles.chainage, stacked(samples, "chainage"))
+    np.testing.assert_array_equal(vehicles.speed, stacked(samples, "speed"))
+    np.testing.assert_array_equal(vehicles.brake_force, stacked(samples, "brake_force"))
     np.testing.assert_array_equal(pressure.pressure, stacked(samples, "cylinder_pressure"))
 
 
 def test_all_samples_in_one_go_are_the_same_as_one_by_one(run: Path) -> None:
     with Recording(run) as recording:
-        together = recording.samples()
-        for series, alone in zip(
-            together, (recording.couplers(), recording.vehicles(), recording.pressure()), strict=True
-        ):
+        together = series_of(recording.samples())
+        one_by_one = Samples(recording.couplers(), recording.vehicles(), recording.pressure())
+        for series, alone in zip(together, series_of(one_by_one), strict=True):
             assert series.names == alone.names
             for field in fields(series):
                 np.testing.assert_array_equal(getattr(series, field.name), getattr(alone, field.name))
@@ -88,9 +98,9 @@ def test_all_samples_in_one_go_are_the_same_as_one_by_one(run: Path) -> None:
 
 def test_pieces_are_of_bounded_size_and_give_the_whole(run: Path) -> None:
     with Recording(run) as recording:
-        whole, blocks = recording.samples(), list(recording.blocks())
+        whole, blocks = series_of(recording.samples()), [series_of(block) for block in recording.blocks()]
     assert len(blocks) > 2
-    assert max(len(block.couplers.time_ns) for block in blocks) < len(whole.couplers.time_ns) / 2
+    assert max(len(couplers.time_ns) for couplers, *_ in blocks) < len(whole[0].time_ns) / 2
     for number, series in enumerate(whole):
         pieces = [block[number] for block in blocks]
         for field in fields(series):
@@ -103,27 +113,26 @@ def test_pieces_are_not_changed_by_the_next(run: Path) -> None:
     with Recording(run) as recording:
         blocks = recording.blocks()
         first = next(blocks)
-        kept = first.couplers.effort.copy()
+        kept = first.couplers.force.copy()
         next(blocks)
-        np.testing.assert_array_equal(first.couplers.effort, kept)
+        np.testing.assert_array_equal(first.couplers.force, kept)
 
 
-@pytest.mark.parametrize("shift", [0, 1, 3])
 def test_messages_at_uneven_distances_are_read_the_same(
-    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample], shift: int
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample]
 ) -> None:
-    random = np.random.default_rng(shift)
+    random = np.random.default_rng(1)
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, when_full="block") as recorder:
         for sample in samples:
-            for _ in range(int(random.integers(0, 2 + shift))):
+            for _ in range(int(random.integers(0, 4))):
                 recorder.put([encoder.real_time_factor(sample.time_ns, 1.0)], 0)
             recorder.put(encoder.sample(sample), 0)
     with Recording(tmp_path / "run.mcap") as recording:
-        np.testing.assert_array_equal(recording.couplers().effort, stacked(samples, "coupler_force"))
+        np.testing.assert_array_equal(recording.couplers().force, stacked(samples, "coupler_force"))
         np.testing.assert_array_equal(recording.pressure().pressure, stacked(samples, "cylinder_pressure"))
 
 
-def test_messages_that_are_not_in_order_of_time_are_told(
+def test_messages_that_are_not_in_order_of_time_are_reported(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, samples: list[Sample]
 ) -> None:
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
@@ -149,13 +158,34 @@ def test_commands_are_read_in_the_order_in_which_they_came(run: Path) -> None:
         assert recording.commands() == COMMANDS
 
 
-def test_extremes_are_read_with_their_signs(run: Path, extremes: CouplerExtremes) -> None:
+def test_extremes_are_read_as_they_were_recorded(run: Path, extremes: CouplerExtremes) -> None:
     with Recording(run) as recording:
-        compression, tension = recording.max_compression(), recording.max_tension()
-    assert compression.time_ns.tolist() == tension.time_ns.tolist() == [5_000_000_000]
-    np.testing.assert_array_equal(compression.effort, [extremes.compression])
-    np.testing.assert_array_equal(tension.effort, [-extremes.tension])
-    np.testing.assert_array_equal(tension.velocity, [extremes.tension_time])
+        found, last = list(recording.extremes()), recording.last_extremes()
+    assert [recorded.time_ns for recorded in found] == [5_000_000_000, 6_000_000_000]
+    assert last.time_ns == 6_000_000_000
+    for recorded, expected in ((found[0], extremes), (found[1], larger(extremes)), (last, larger(extremes))):
+        for field in fields(expected):  # bottomed_time is NaN in both
+            np.testing.assert_array_equal(getattr(recorded.extremes, field.name), getattr(expected, field.name))
+        assert not np.signbit([recorded.extremes.tension, recorded.extremes.tension_stroke]).any()
+
+
+def test_extremes_that_are_cut_off_between_compression_and_tension_are_left_out(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, extremes: CouplerExtremes
+) -> None:
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        recorder.put(encoder.extremes(5, extremes), 0)
+        recorder.put(encoder.extremes(6, extremes)[:1], 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        assert recording.last_extremes().time_ns == 5
+
+
+def test_a_recording_without_extremes_is_refused(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+    McapRecorder(tmp_path / "empty.mcap", scenario, encoder.channels).close()
+    with (
+        Recording(tmp_path / "empty.mcap") as recording,
+        pytest.raises(RecordingError, match=r"empty\.mcap: holds no /haul/max_compression: nothing was run"),
+    ):
+        recording.last_extremes()
 
 
 def test_single_values_are_read_by_relative_or_full_name(run: Path) -> None:
@@ -167,7 +197,7 @@ def test_single_values_are_read_by_relative_or_full_name(run: Path) -> None:
     assert connected.values.tolist() == [1.0, 0.0]
 
 
-def test_a_topic_that_is_not_there_or_no_number_is_told(run: Path) -> None:
+def test_a_topic_that_is_not_there_or_no_number_is_reported(run: Path) -> None:
     with Recording(run) as recording:
         with pytest.raises(RecordingError, match=r"no topic /haul/slave_2/radio_delay; it has /diagnostics, .*"):
             recording.scalars("slave_2/radio_delay")
@@ -175,7 +205,7 @@ def test_a_topic_that_is_not_there_or_no_number_is_told(run: Path) -> None:
             recording.scalars("couplers")
 
 
-def test_information_tells_what_is_in_the_file(run: Path, scenario: Scenario) -> None:
+def test_information_says_what_is_in_the_file(run: Path, scenario: Scenario) -> None:
     with Recording(run) as recording:
         info = recording.info()
         assert recording.scenario_document == scenario.document
@@ -184,14 +214,14 @@ def test_information_tells_what_is_in_the_file(run: Path, scenario: Scenario) ->
     assert (info.vehicles, info.couplers, info.locomotives) == (5, 4, ("master", "slave_1"))
     assert (info.time_step, info.compression) == (0.001, "zstd")
     assert (info.start_ns, info.end_ns, info.duration) == (0, 9_000_000_000, 9.0)
-    assert (info.messages, info.dropped, info.complete) == (1211, 0, True)
+    assert (info.messages, info.dropped, info.complete) == (1213, 0, True)
     assert TopicInfo("/haul/couplers", "sensor_msgs/msg/JointState", 400) in info.topics
     assert TopicInfo("/haul/real_time_factor", "std_msgs/msg/Float64", 0) in info.topics
     assert sum(topic.count for topic in info.topics) == info.messages
 
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4", "none"])
-def test_every_compression_is_read_and_told(
+def test_every_compression_is_read_and_reported(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str
 ) -> None:
     path = tmp_path / "run.mcap"
@@ -207,7 +237,7 @@ def test_a_recording_of_nothing_is_read(tmp_path: Path, scenario: Scenario, enco
     with Recording(tmp_path / "run.mcap") as recording:
         info = recording.info()
         assert (info.messages, info.duration, info.complete) == (0, 0.0, True)
-        assert recording.couplers().effort.shape == (0, 0)
+        assert recording.couplers().force.shape == (0, 0)
         assert recording.pressure().pressure.shape == (0, 0)
         assert recording.commands() == ()
 
@@ -222,7 +252,7 @@ def test_private_topics_of_another_node_are_found(tmp_path: Path, scenario: Scen
         assert recording.scalars("master/applied_brake").time_ns.tolist() == [6]
 
 
-def test_a_message_that_does_not_fit_its_topic_is_told(
+def test_a_message_that_does_not_fit_its_topic_is_reported(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]
 ) -> None:
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
@@ -235,12 +265,12 @@ def test_a_message_that_does_not_fit_its_topic_is_told(
         recording.couplers()
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"run\.mcap: no such file$"):
         Recording(tmp_path / "run.mcap")
 
 
-def test_a_folder_is_told(tmp_path: Path) -> None:
+def test_a_folder_is_reported(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot be read: Is a directory"):
         Recording(tmp_path)
 
@@ -253,7 +283,7 @@ def test_a_folder_is_told(tmp_path: Path) -> None:
         (b"name: daqin_1_2_1\n", "not an MCAP file, expected a recording of haul_ros"),
     ],
 )
-def test_a_file_of_another_kind_is_told(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_file_of_another_kind_is_reported(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "run.mcap").write_bytes(content)
     with pytest.raises(RecordingError, match=rf"run\.mcap: {message}$"):
         Recording(tmp_path / "run.mcap")
@@ -262,7 +292,7 @@ def test_a_file_of_another_kind_is_told(tmp_path: Path, content: bytes, message:
 @pytest.mark.parametrize(
     ("profile", "message"), [("ros1", "MCAP profile 'ros1', expected 'ros2'"), ("ros2", "no recording of haul_ros")]
 )
-def test_an_mcap_file_of_somebody_else_is_told(tmp_path: Path, profile: str, message: str) -> None:
+def test_an_mcap_file_of_somebody_else_is_reported(tmp_path: Path, profile: str, message: str) -> None:
     with (tmp_path / "run.mcap").open("wb") as stream:
         writer = Writer(stream)
         writer.start(profile=profile)
@@ -282,7 +312,7 @@ def read_all(path: Path) -> None:
         recording.scalars("slave_1/radio_connected")
 
 
-def test_a_file_cut_off_anywhere_is_told(run: Path, tmp_path: Path) -> None:
+def test_a_file_cut_off_anywhere_is_reported(run: Path, tmp_path: Path) -> None:
     content = run.read_bytes()
     cut = tmp_path / "cut.mcap"
     for length in {8, 9, 100, *range(1000, len(content), len(content) // 50), len(content) - 1}:
@@ -301,8 +331,8 @@ def test_a_damaged_file_raises_nothing_but_a_recording_error(run: Path, data: st
     near_start = st.integers(8, 5000)
     near_end = st.integers(len(content) - 12_000, len(content) - 9)
     for _ in range(data.draw(st.integers(1, 3))):
-        place = data.draw(near_start | near_end | st.integers(8, len(content) - 9))
-        content[place] = data.draw(st.integers(0, 255))
+        at = data.draw(near_start | near_end | st.integers(8, len(content) - 9))
+        content[at] = data.draw(st.integers(0, 255))
     damaged = run.with_name("damaged.mcap")
     damaged.write_bytes(content)
     try:

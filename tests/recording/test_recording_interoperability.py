@@ -30,7 +30,10 @@ def messages(encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]) ->
     ]
 
 
-@pytest.fixture(params=["zstd", "lz4", "none"])
+EVERY_COMPRESSION = pytest.mark.parametrize("run", ["zstd", "lz4", "none"], indirect=True)
+
+
+@pytest.fixture
 def run(
     request: pytest.FixtureRequest,
     tmp_path: Path,
@@ -39,12 +42,13 @@ def run(
     messages: list[Message],
 ) -> Path:
     path = tmp_path / "run.mcap"
-    with McapRecorder(path, scenario, encoder.channels, compression=request.param) as recorder:
+    with McapRecorder(path, scenario, encoder.channels, compression=getattr(request, "param", "zstd")) as recorder:
         for message in messages:
             recorder.put([message], 1_700_000_000_000_000_000)
     return path
 
 
+@EVERY_COMPRESSION
 def test_rosbags_reads_every_message(run: Path, messages: list[Message], encoder: TelemetryEncoder) -> None:
     with AnyReader([run]) as reader:
         qos = {c.topic: c.ext.offered_qos_profiles for c in reader.connections}  # type: ignore[union-attr]
@@ -55,6 +59,7 @@ def test_rosbags_reads_every_message(run: Path, messages: list[Message], encoder
     assert len(decoded) == len(messages)
 
 
+@EVERY_COMPRESSION
 def test_the_mcap_library_decodes_every_message(
     run: Path, messages: list[Message], make_sample: Callable[[int], Sample]
 ) -> None:

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,9 +23,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from mcap.records import Chunk
+from mcap.records import Chunk, DataEnd, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.writer import Writer
+from mcap.writer import MCAP0_MAGIC, Writer
 from rosbags.highlevel import AnyReader
 
 from haul_ros import recording as recording_package
@@ -33,6 +34,7 @@ from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
+from haul_ros.recording import recovery
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import RECOVERING_SUFFIX, recover
 from haul_ros.recording.writer import FLUSH_INTERVAL, McapRecorder
@@ -111,13 +113,13 @@ def test_a_cut_off_recording_gives_every_whole_chunk(whole: Path, tmp_path: Path
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_after_a_flipped_bit_all_before_the_damage_is_recovered_or_one_line_tells_why_not(
+def test_after_a_flipped_bit_all_before_the_damage_is_recovered_or_one_line_says_why_not(
     whole: Path, data: st.DataObject
 ) -> None:
     content, original, ends = bytearray(whole.read_bytes()), content_of(whole), chunk_ends(whole)
     near_chunk = st.sampled_from([end for end, _ in ends]).flatmap(lambda end: st.integers(end, end + 20))
-    place = data.draw(st.integers(0, 5000) | near_chunk | st.integers(0, len(content) - 1))
-    content[place] ^= 1 << data.draw(st.integers(0, 7))
+    at = data.draw(st.integers(0, 5000) | near_chunk | st.integers(0, len(content) - 1))
+    content[at] ^= 1 << data.draw(st.integers(0, 7))
     damaged, target = whole.with_name("damaged.mcap"), whole.with_name("target.mcap")
     damaged.write_bytes(content)
     target.unlink(missing_ok=True)
@@ -127,11 +129,11 @@ def test_after_a_flipped_bit_all_before_the_damage_is_recovered_or_one_line_tell
         assert str(damaged) in str(err)
         assert "\n" not in str(err)
         assert not target.exists()
-        assert place < 5000
+        assert at < 5000
     else:
         found = content_of(target)
         assert found == original[: len(found)]
-        assert len(found) >= max((count for end, count in ends if end <= place), default=0)
+        assert len(found) >= max((count for end, count in ends if end <= at), default=0)
     assert not Path(f"{target}{RECOVERING_SUFFIX}").exists()
 
 
@@ -158,23 +160,75 @@ def test_messages_that_the_recorder_dropped_are_counted(
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "empty, expected a recording of haul_ros"),
         (b"name: daqin_1_2_1\n", "not an MCAP file, expected a recording of haul_ros"),
         (b"\x89MCAP0\r\n", "nothing to recover: damaged before its first message: the file ends too early"),
         (b"\x89MCAP0\r\n" + bytes(100), "nothing to recover: damaged before its first message: no record of MCAP"),
     ],
 )
-def test_a_file_of_another_kind_is_told(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_file_of_another_kind_is_reported(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "run.mcap").write_bytes(content)
     with pytest.raises(RecordingError, match=rf"run\.mcap: {message}"):
         recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
     assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
+def test_a_scenario_that_was_changed_is_noticed(whole: Path, tmp_path: Path, scenario: Scenario) -> None:
+    content = bytearray(whole.read_bytes())
+    content[content.index(scenario.document.encode())] ^= 1
+    (tmp_path / "damaged.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match=r"damaged before its first message: .*Attachment with another length"):
+        recover(tmp_path / "damaged.mcap", tmp_path / "new.mcap")
+
+
+def records_of(path: Path) -> list[tuple[type, int]]:
+    """Kind and start of every record before the end of the data."""
+    found, start = [], len(MCAP0_MAGIC)
+    with path.open("rb") as stream:
+        stream.seek(start)
+        for record in StreamReader(stream, skip_magic=True, emit_chunks=True).records:
+            found.append((type(record), start))
+            start = stream.tell()
+            if isinstance(record, DataEnd):
+                break
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "offset", "new", "damage"),
+    [
+        (Chunk, 0, b"\x46", "no record of MCAP begins with 70"),
+        (Chunk, 0, b"\x02", "damaged record: .*Footer with another length"),
+        (Chunk, 1, b"\xff" * 8, "damaged record: .*CHUNK record has length .* exceeds limit 200000"),
+        (MessageIndex, 0, b"\x0b", "damaged record: .*Statistics with another length"),
+        (MessageIndex, 11, b"\xff" * 4, "damaged record: longer than 200000 bytes"),
+        (DataEnd, 1, b"\x05", "damaged record: .*DataEnd with another length"),
+    ],
+)
+def test_damage_at_the_edge_of_a_record_costs_no_good_record_and_little_memory(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: type, offset: int, new: bytes, damage: str
+) -> None:
+    """Bytes are replaced in the last record of a kind, in a file many times longer than a record."""
+    monkeypatch.setattr(recovery, "LONGEST_RECORD", 200_000)
+    start = [at for found, at in records_of(whole) if found is kind][-1]
+    content = bytearray(whole.read_bytes() + random.Random(1).randbytes(20_000_000))
+    content[start + offset : start + offset + len(new)] = new
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(content)
+    tracemalloc.start()
+    result = recover(damaged, tmp_path / "new.mcap")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert result.bytes_lost == len(content) - start
+    assert re.match(damage, result.damage or "")
+    before = max((count for end, count in chunk_ends(whole) if end <= start), default=0)
+    assert content_of(tmp_path / "new.mcap") == content_of(whole)[:before]
+    assert peak < 5_000_000
+
+
 @pytest.mark.parametrize(
     ("profile", "message"), [("ros1", "MCAP profile 'ros1'"), ("ros2", "no recording of haul_ros")]
 )
-def test_an_mcap_file_of_somebody_else_is_told(tmp_path: Path, profile: str, message: str) -> None:
+def test_an_mcap_file_of_somebody_else_is_reported(tmp_path: Path, profile: str, message: str) -> None:
     with (tmp_path / "run.mcap").open("wb") as stream:
         writer = Writer(stream)
         writer.start(profile=profile)
@@ -183,7 +237,7 @@ def test_an_mcap_file_of_somebody_else_is_told(tmp_path: Path, profile: str, mes
         recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"run\.mcap: cannot be recovered: No such file or directory"):
         recover(tmp_path / "run.mcap", tmp_path / "new.mcap")
 
@@ -236,7 +290,7 @@ def test_on_a_full_disk_simulation_and_topics_go_on_and_the_file_is_recovered(tm
     assert recovered == [message.data for message in couplers[: len(recovered)]]
 
 
-def test_a_folder_that_becomes_read_only_while_recording_is_told_and_the_file_is_recovered(
+def test_a_folder_that_becomes_read_only_while_recording_is_reported_and_the_file_is_recovered(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:

@@ -103,7 +103,7 @@ def test_a_full_queue_drops_and_counts(
         recorder.put(encoder.sample(make_sample(7)), 7)
     assert (recorder.status.written, recorder.status.dropped) == (18, 6)
     sequences = [m.sequence for topic, m in messages_of(recorder.path) if topic == "/haul/couplers"]
-    assert sequences == [0, 1, 2, 3, 4, 7]  # the gap tells where two samples are missing
+    assert sequences == [0, 1, 2, 3, 4, 7]  # the gap shows where two samples are missing
     with Recording(recorder.path) as recording:
         assert (recording.info().dropped, recording.info().complete) == (6, False)
 
@@ -130,7 +130,7 @@ def test_a_blocking_recorder_waits_and_loses_nothing(
 
 @pytest.mark.usefixtures("limited_file_size")
 @pytest.mark.parametrize("when_full", ["drop", "block"])
-def test_a_full_disk_is_told_when_closing_and_does_not_disturb_before(
+def test_a_full_disk_is_reported_when_closing_and_does_not_disturb_before(
     tmp_path: Path,
     scenario: Scenario,
     encoder: TelemetryEncoder,

@@ -1,0 +1,86 @@
+"""Which quantity of the train is which array of a message, once for writing and for reading."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from haul_ros.messages.cdr import ArrayCodec
+from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
+
+
+class CouplerArrays(NamedTuple):
+    """Position, velocity and effort of ``~/couplers``: stroke [m], stroke rate [m/s] and force [N]."""
+
+    stroke: FloatArray
+    stroke_rate: FloatArray
+    force: FloatArray
+
+
+COUPLER_QUANTITIES = ("stroke [m]", "stroke rate [m/s]", "force [N]")
+
+
+class VehicleArrays(NamedTuple):
+    """Position, velocity and effort of ``~/vehicles``: chainage of the centre [m], speed [m/s] and brake force [N]."""
+
+    chainage: FloatArray
+    speed: FloatArray
+    brake_force: FloatArray
+
+
+VEHICLE_QUANTITIES = ("chainage [m]", "speed [m/s]", "brake force [N]")
+
+PRESSURE_QUANTITY = "pressure [Pa]"
+
+
+class ExtremeArrays(NamedTuple):
+    """Position, velocity and effort of ``~/max_compression`` and ``~/max_tension``.
+
+    Largest stroke [m] and largest force [N], both negative in tension. Velocity, which has no meaning for an extreme,
+    holds the simulation time [s] at which that force occurred.
+    """
+
+    stroke: FloatArray
+    time: FloatArray
+    force: FloatArray
+
+
+def coupler_arrays(sample: Sample) -> CouplerArrays:
+    """What a message of couplers holds of a sample."""
+    return CouplerArrays(stroke=sample.stroke, stroke_rate=sample.stroke_rate, force=sample.coupler_force)
+
+
+def vehicle_arrays(sample: Sample) -> VehicleArrays:
+    """What a message of vehicles holds of a sample."""
+    return VehicleArrays(chainage=sample.chainage, speed=sample.speed, brake_force=sample.brake_force)
+
+
+def pressure_codec(vehicles: int) -> ArrayCodec:
+    """Codec of ``~/brake_cylinder_pressure`` of so many vehicles [Pa]."""
+    return ArrayCodec("vehicle", vehicles)
+
+
+def extreme_arrays(extremes: CouplerExtremes) -> tuple[ExtremeArrays, ExtremeArrays]:
+    """Arrays of the messages of the largest compression and the largest tension."""
+    compression = ExtremeArrays(
+        stroke=extremes.compression_stroke, time=extremes.compression_time, force=extremes.compression
+    )
+    # 0 - x rather than -x: a coupler never in tension shows 0, not -0
+    tension = ExtremeArrays(
+        stroke=0.0 - extremes.tension_stroke, time=extremes.tension_time, force=0.0 - extremes.tension
+    )
+    return compression, tension
+
+
+def extremes_of(compression: ExtremeArrays, tension: ExtremeArrays) -> CouplerExtremes:
+    """The extremes of which `extreme_arrays` are these; ``bottomed_time`` is in no message and NaN throughout."""
+    return CouplerExtremes(
+        compression=compression.force,
+        compression_time=compression.time,
+        tension=0.0 - tension.force,
+        tension_time=tension.time,
+        compression_stroke=compression.stroke,
+        tension_stroke=0.0 - tension.stroke,
+        bottomed_time=np.full(len(compression.force), np.nan),
+    )

@@ -1,0 +1,52 @@
+"""Facts about a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from haul_ros.units import NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """A topic of a recording and how many messages it has."""
+
+    topic: str
+    msgtype: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingInfo:
+    """What is in a recording. Times are simulation times; without messages both are 0.
+
+    ``compression`` is that of the chunks; ``dropped`` is how many messages the recorder could not write
+    (None: not known, it did not end); ``topics`` are sorted by name.
+    """
+
+    path: Path
+    size: int
+    version: str
+    scenario: str
+    description: str
+    time_step: float
+    vehicles: int
+    couplers: int
+    locomotives: tuple[str, ...]
+    compression: str
+    topics: tuple[TopicInfo, ...]
+    messages: int
+    start_ns: int
+    end_ns: int
+    dropped: int | None
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last message [s]."""
+        return (self.end_ns - self.start_ns) / NS_PER_S
+
+    @property
+    def complete(self) -> bool:
+        """The recorder ended well and dropped nothing."""
+        return self.dropped == 0
