@@ -12,7 +12,7 @@ class ScenarioError(HaulError):
 
 
 class CommandError(HaulError):
-    """A brake or traction command that cannot be carried out; it changes nothing."""
+    """A command, or a change of a radio link, that cannot be carried out; it changes nothing."""
 
 
 class RecordingError(HaulError):

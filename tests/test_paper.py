@@ -52,8 +52,8 @@ def _run(name: str, overrides: str) -> Stop:
     session = Session(load_scenario(name, json.loads(overrides)), play_commands=True)
     while not session.finished:
         session.advance()
-    status = session.status()
-    assert status.fallback_steps == status.unconverged_steps == 0
+    solver = session.status().solver
+    assert solver.fallback_steps == solver.unconverged_steps == 0
     assert abs(session.energy().relative_imbalance) < 1e-6
     assert session.stop_time is not None
     extremes = session.extremes()

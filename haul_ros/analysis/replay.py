@@ -11,7 +11,7 @@ from haul_ros.analysis.summary import recorded_scenario
 from haul_ros.errors import CommandError, RecordingError
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.consist import Consist
-from haul_ros.model.radio import TimedLink
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.sample import Sample
 from haul_ros.recording.reader import Recording
 from haul_ros.simulation.batch import RunError
@@ -88,7 +88,7 @@ def session_with_changes(recording: Recording, overrides: Mapping[str, object]) 
     end = recording.info().end_ns / NS_PER_S
     requests = recording.requests()
     if any(key.split(".")[0] == "radio" for key in overrides):
-        requests = tuple(request for request in requests if not isinstance(request, TimedLink))
+        requests = tuple(timed for timed in requests if not isinstance(timed.request, RadioLinkChange))
     return Session(replace(scenario, max_duration=max(scenario.max_duration, end)), requests=requests)
 
 

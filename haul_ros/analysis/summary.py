@@ -13,10 +13,11 @@ from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance
+from haul_ros.physics.train_model import StepStatistics
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import VehicleSeries
 from haul_ros.scenario import load_scenario_text
-from haul_ros.simulation.session import Session, SessionStatus
+from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S
 
 
@@ -66,7 +67,7 @@ class RunSummary:
     tension_stroke: CouplerPeak | None
     bottomed: tuple[str, ...]
     energy: EnergyBalance | None
-    solver: SessionStatus | None
+    solver: StepStatistics | None
     real_time_factor: float | None
     caveats: tuple[str, ...]
 
@@ -103,7 +104,7 @@ def summarize_session(session: Session, wall_time: float) -> RunSummary:
         final_speed=float(session.sample().speed[0]),
         distance=session.travelled,
         energy=session.energy(),
-        solver=session.status(),
+        solver=session.status().solver,
         real_time_factor=session.time / wall_time if wall_time > 0.0 else None,
     )
 
@@ -184,7 +185,7 @@ def _summary(
     final_speed: float,
     distance: float,
     energy: EnergyBalance | None,
-    solver: SessionStatus | None,
+    solver: StepStatistics | None,
     real_time_factor: float | None,
 ) -> RunSummary:
     consist = scenario.consist

@@ -11,7 +11,7 @@ from haul_ros.analysis.replay import Comparison, replay_and_compare, session_wit
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.progress import progress
-from haul_ros.cli.run import new_recorder, simulate, tell_compilation
+from haul_ros.cli.run import announce_compilation, new_recorder, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
 from haul_ros.errors import HaulError
 from haul_ros.messages.encoder import TelemetryEncoder
@@ -29,7 +29,7 @@ def replay(arguments: argparse.Namespace) -> int:
     if arguments.overrides and arguments.output is None:
         raise ReplayError("--set changes the run: expected -o NEW.mcap, the file to record it to")
     with Recording(arguments.file) as recording:
-        tell_compilation()
+        announce_compilation()
         return _compare(arguments, recording) if arguments.output is None else _run_again(arguments, recording)
 
 

@@ -15,14 +15,14 @@ from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
-from haul_ros.messages.encoder import Message, TelemetryEncoder
+from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario, parse_override
-from haul_ros.simulation.batch import Period, periods
-from haul_ros.simulation.session import Session, TakenCommand, TakenLink
+from haul_ros.simulation.batch import periods
+from haul_ros.simulation.session import Session
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -32,14 +32,14 @@ def run(arguments: argparse.Namespace) -> int:
         encoder = TelemetryEncoder(scenario.consist)
         recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
         with recorder or nullcontext(), progress(scenario, quiet=arguments.quiet) as bar:
-            tell_compilation()
+            announce_compilation()
             summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
-        _tell(arguments, summary, interrupted())
+        _print(arguments, summary, interrupted())
         return 130 if interrupted() else 0
 
 
-def tell_compilation() -> None:
-    """Say why the first session of all takes its time."""
+def announce_compilation() -> None:
+    """Say why the first session of all takes its time, if it does."""
     if not kernel_is_cached():
         print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
 
@@ -74,32 +74,15 @@ def simulate(
         A command cannot be carried out at its time.
     """
     began = time.perf_counter()
-    for period in periods(session, interrupted):
+    for log in periods(session, interrupted):
         if recorder:
-            recorder.put(_messages(encoder, period), time.time_ns())
-        show(period.sample)
+            recorder.put(encoder.messages(log), time.time_ns())
+        if log.sample is not None:
+            show(log.sample)
     return summarize_session(session, time.perf_counter() - began)
 
 
-def _messages(encoder: TelemetryEncoder, period: Period) -> list[Message]:
-    """The messages of a period in the order of their times; at one time what was done before its effects."""
-    time_ns = period.sample.time_ns
-    messages: list[Message] = []
-    done: list[TakenCommand | TakenLink] = [*period.commands, *period.links]
-    for taken in sorted(done, key=lambda taken: taken.order):
-        if isinstance(taken, TakenCommand):
-            messages.append(encoder.command(taken.time_ns, taken.command))
-        else:
-            messages += encoder.radio(taken.time_ns, taken.slave, taken.link.connected, taken.link.delay)
-    messages += [encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in period.applied_brakes]
-    messages += [encoder.event(event) for event in period.events]
-    messages += encoder.sample(period.sample)
-    if period.extremes:
-        messages += encoder.extremes(time_ns, period.extremes)
-    return sorted(messages, key=lambda message: message.time_ns)
-
-
-def _tell(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool) -> None:
+def _print(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool) -> None:
     output: Path | None = arguments.output
     if arguments.json:
         recording = str(output) if output else None

@@ -8,7 +8,7 @@ from typing import Any
 from haul_ros.analysis.summary import CouplerPeak, RunSummary
 from haul_ros.cli.layout import rows
 from haul_ros.physics.energy import EnergyBalance
-from haul_ros.simulation.session import SessionStatus
+from haul_ros.physics.train_model import StepStatistics
 from haul_ros.units import mps_to_kmh
 
 _Number = tuple[str, Callable[[RunSummary], float | None]]
@@ -147,7 +147,7 @@ def _energy(energy: EnergyBalance) -> str:
     return f"{', '.join(parts)}; relative imbalance {energy.relative_imbalance:.1e}"
 
 
-def _newton(solver: SessionStatus) -> str:
+def _newton(solver: StepStatistics) -> str:
     iterations = f"{solver.newton_iterations_mean:.2f} iterations a step, at most {solver.newton_iterations_max}"
     divided = f"{solver.fallback_steps} of {solver.steps} steps divided"
     return f"{iterations}; {divided}, {solver.unconverged_steps} unconverged"
@@ -186,7 +186,7 @@ def _energy_json(energy: EnergyBalance) -> dict[str, float]:
     }
 
 
-def _newton_json(solver: SessionStatus) -> dict[str, float]:
+def _newton_json(solver: StepStatistics) -> dict[str, float]:
     return {
         "steps": solver.steps,
         "iterations_mean": solver.newton_iterations_mean,

@@ -50,19 +50,20 @@ class Channel:
     """One topic by its full name, its message type (``package/msg/Type``) and offered quality of service.
 
     The values of the policies in ``qos`` are those of rmw, so ``rclpy.qos.DurabilityPolicy(qos.durability.value)``
-    is the same policy.
+    is the same policy. What is ``received`` the node subscribes to, and records but does not publish.
     """
 
     topic: str
     msgtype: str
     qos: Qos
+    received: bool = False
 
 
 @dataclass(frozen=True)
 class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
-    ``commands`` has a channel for every kind of command; ``radio_connected`` and ``radio_delay`` have slaves only.
+    ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link, for slaves only.
     """
 
     prefix: str
@@ -76,8 +77,7 @@ class ChannelTable:
     events: Channel
     applied_brake: Mapping[str, Channel]
     commands: Mapping[CommandKind, Mapping[str, Channel]]
-    radio_connected: Mapping[str, Channel]
-    radio_delay: Mapping[str, Channel]
+    radio: Mapping[str, Mapping[str, Channel]]
 
     def __iter__(self) -> Iterator[Channel]:
         yield from (self.couplers, self.vehicles, self.brake_cylinder_pressure)
@@ -86,8 +86,8 @@ class ChannelTable:
         yield from self.applied_brake.values()
         for by_locomotive in self.commands.values():
             yield from by_locomotive.values()
-        yield from self.radio_connected.values()
-        yield from self.radio_delay.values()
+        for by_slave in self.radio.values():
+            yield from by_slave.values()
 
 
 _COMMANDS = {
@@ -95,6 +95,13 @@ _COMMANDS = {
     CommandKind.EMERGENCY: ("emergency_brake", BOOL),
     CommandKind.TRACTION: ("traction_command", FLOAT64),
 }
+_RADIO = {
+    "connected": ("radio_connected", BOOL),
+    "delay": ("radio_delay", FLOAT64),
+    "jitter": ("radio_jitter", FLOAT64),
+    "loss_probability": ("radio_loss_probability", FLOAT64),
+}
+"""By the fields of a radio link."""
 
 
 def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> ChannelTable:
@@ -103,14 +110,17 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> C
     ``/clock`` is not among them: a recording has its own time in every message.
     """
 
-    def private(name: str, msgtype: str, qos: Qos) -> Channel:
-        return Channel(f"{prefix}/{name}", msgtype, qos)
+    def private(name: str, msgtype: str, qos: Qos, *, received: bool = False) -> Channel:
+        return Channel(f"{prefix}/{name}", msgtype, qos, received)
 
-    def each(names: Sequence[str], name: str, msgtype: str, qos: Qos) -> Mapping[str, Channel]:
-        return MappingProxyType({loco: private(f"{loco}/{name}", msgtype, qos) for loco in names})
+    def each(
+        names: Sequence[str], name: str, msgtype: str, qos: Qos, *, received: bool = False
+    ) -> Mapping[str, Channel]:
+        return MappingProxyType({loco: private(f"{loco}/{name}", msgtype, qos, received=received) for loco in names})
 
     slaves = [name for name in locomotives if name != MASTER]
-    commands = {kind: each(locomotives, name, msgtype, EVENT) for kind, (name, msgtype) in _COMMANDS.items()}
+    commands = {kind: each(locomotives, *topic, EVENT, received=True) for kind, topic in _COMMANDS.items()}
+    radio = {field: each(slaves, *topic, LATCHED) for field, topic in _RADIO.items()}
     return ChannelTable(
         prefix=prefix,
         couplers=private("couplers", JOINT_STATE, STREAM),
@@ -123,6 +133,5 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> C
         events=private("events", LOG, STREAM),
         applied_brake=each(locomotives, "applied_brake", FLOAT64, LATCHED),
         commands=MappingProxyType(commands),
-        radio_connected=each(slaves, "radio_connected", BOOL, LATCHED),
-        radio_delay=each(slaves, "radio_delay", FLOAT64, LATCHED),
+        radio=MappingProxyType(radio),
     )

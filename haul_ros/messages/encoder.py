@@ -1,4 +1,4 @@
-"""What a simulation tells, as messages ready for a publisher and a recording alike."""
+"""The log of a run as messages, ready for a publisher and a recording alike."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from haul_ros.messages.cdr import (
     JointStateCodec,
-    encode_bool,
     encode_float64,
     new_header,
     new_message,
@@ -24,9 +23,11 @@ from haul_ros.messages.quantities import (
     pressure_codec,
     vehicle_arrays,
 )
-from haul_ros.model.command import Command, CommandKind
+from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import AppliedBrake, LogEntry, PeriodLog
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.units import NS_PER_S
 
@@ -68,9 +69,38 @@ class TelemetryEncoder:
 
     def __init__(self, consist: Consist, prefix: str = DEFAULT_PREFIX) -> None:
         self.channels = channel_table([locomotive.name for locomotive in consist.locomotives], prefix)
+        self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
         self._vehicles = JointStateCodec(consist.vehicle_names)
         self._pressure = pressure_codec(len(consist.vehicles))
+
+    def messages(self, log: PeriodLog) -> list[Message]:
+        """All messages of a log, in its order: entries, sample, extremes.
+
+        Raises
+        ------
+        ValueError
+            An array of the sample has not the length of this train.
+        """
+        messages = self.entries(log.entries)
+        if log.sample is not None:
+            messages += self.sample(log.sample)
+        if log.extremes is not None:
+            messages += self.extremes(log.time_ns, log.extremes)
+        return messages
+
+    def entries(self, entries: Iterable[LogEntry]) -> list[Message]:
+        """Requests, at the simulation times at which they took effect, applied brakes and events."""
+        return [message for entry in entries for message in self._entry(entry)]
+
+    def _entry(self, entry: LogEntry) -> list[Message]:
+        match entry:
+            case TimedRequest(time_ns, request):
+                return [Message(channel, time_ns, data) for channel, data in self._requests.encode(request)]
+            case AppliedBrake(time_ns, locomotive, value):
+                return [Message(self.channels.applied_brake[locomotive], time_ns, encode_float64(value))]
+            case Event():
+                return [self._event(entry)]
 
     def sample(self, sample: Sample) -> tuple[Message, Message, Message]:
         """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and cylinder pressure.
@@ -111,29 +141,11 @@ class TelemetryEncoder:
             Message(self.channels.max_tension, time_ns, self._couplers.encode(time_ns, *tension)),
         )
 
-    def applied_brake(self, time_ns: int, locomotive: str, value: float) -> Message:
-        """What a locomotive applies after the radio, 0 .. 1."""
-        return Message(self.channels.applied_brake[locomotive], time_ns, encode_float64(value))
-
-    def radio(self, time_ns: int, slave: str, connected: bool, delay: float) -> tuple[Message, Message]:
-        """State of the link to a slave and its delay [s]."""
-        return (
-            Message(self.channels.radio_connected[slave], time_ns, encode_bool(connected)),
-            Message(self.channels.radio_delay[slave], time_ns, encode_float64(delay)),
-        )
-
     def real_time_factor(self, time_ns: int, value: float) -> Message:
         """Simulated time per wall time."""
         return Message(self.channels.real_time_factor, time_ns, encode_float64(value))
 
-    def command(self, time_ns: int, command: Command) -> Message:
-        """A command as received, at the simulation time at which it took effect."""
-        channel = self.channels.commands[command.kind][command.locomotive]
-        if command.kind is CommandKind.EMERGENCY:
-            return Message(channel, time_ns, encode_bool(command.value != 0.0))
-        return Message(channel, time_ns, encode_float64(command.value))
-
-    def event(self, event: Event) -> Message:
+    def _event(self, event: Event) -> Message:
         """An event as an entry of a log, its kind in the name of the logger: ``haul.emergency``."""
         stamp = new_message("builtin_interfaces/msg/Time", *divmod(event.time_ns, NS_PER_S))
         name = f"{LOGGER}{event.kind.value}"

@@ -1,4 +1,4 @@
-"""Commands of the driver, as given at a locomotive and stamped in simulation time."""
+"""Commands of the driver, as given at a locomotive."""
 
 from __future__ import annotations
 
@@ -43,11 +43,3 @@ class Command:
                 raise CommandError(f"{self.locomotive}: traction = {self.value} N, must be 0 or more")
         elif not 0.0 <= self.value <= 1.0:
             raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be 0 (release) to 1 (full)")
-
-
-@dataclass(frozen=True, slots=True)
-class TimedCommand:
-    """A command given at ``time`` [s] of the simulation."""
-
-    time: float
-    command: Command

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +24,30 @@ class RadioLink:
 
 
 @dataclass(frozen=True, slots=True)
-class TimedLink:
-    """The link to a slave from ``time`` [s] of the simulation on: its ``delay`` [s], up or down."""
+class RadioLinkChange:
+    """A change of the link to a slave: new values of its fields, None where a field stays as it is."""
 
-    time: float
     slave: str
-    delay: float
-    connected: bool
+    delay: float | None = None
+    jitter: float | None = None
+    loss_probability: float | None = None
+    connected: bool | None = None
+
+    @classmethod
+    def to(cls, slave: str, link: RadioLink) -> RadioLinkChange:
+        """The change that makes the link to a slave this one, whatever it was."""
+        return cls(slave, link.delay, link.jitter, link.loss_probability, link.connected)
+
+    def values(self) -> dict[str, Any]:
+        """The new values by the names of their fields."""
+        return {field.name: value for field in fields(RadioLink) if (value := getattr(self, field.name)) is not None}
+
+    def applied_to(self, link: RadioLink) -> RadioLink:
+        """The link after this change.
+
+        Raises
+        ------
+        ValueError
+            There can be no such link.
+        """
+        return replace(link, **self.values())

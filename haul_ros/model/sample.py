@@ -1,4 +1,4 @@
-"""What a simulation gives at one instant."""
+"""What is known of a train at one instant."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CouplerExtremes:
-    """Largest values per coupler since the start, taken at every time step.
+    """Largest values per coupler since the start, of every time step.
 
     Arrays (n_couplers,): ``compression`` and ``tension`` are the largest buff and draft forces
     [N] as magnitudes (0 if the coupler never bore any), ``*_time`` when they occurred [s],

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from haul_ros.model.brake_system import BrakeSystem
-from haul_ros.model.command import TimedCommand
 from haul_ros.model.consist import Consist
 from haul_ros.model.radio import RadioLink
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
 
 
@@ -30,7 +30,7 @@ class Scenario:
     radio: Mapping[str, RadioLink]
     radio_seed: int
     initial_speed: float
-    commands: tuple[TimedCommand, ...]
+    commands: tuple[TimedRequest, ...]
     time_step: float
     sample_rate: float
     max_duration: float

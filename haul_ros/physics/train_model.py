@@ -55,6 +55,11 @@ class StepStatistics:
     unconverged_steps: int
     worst_residual: float
 
+    @property
+    def newton_iterations_mean(self) -> float:
+        """Newton iterations per step."""
+        return self.newton_iterations / max(self.steps, 1)
+
 
 def _brake_speeds(brakes: BrakeSystem) -> dict[WaveKind, float]:
     return {

@@ -21,9 +21,10 @@ from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, 
 from haul_ros.messages.channels import BOOL, FLOAT64, LOG, Channel, ChannelTable, channel_table
 from haul_ros.messages.encoder import LOGGER, Message
 from haul_ros.messages.quantities import CouplerArrays, ExtremeArrays, VehicleArrays, extremes_of, pressure_codec
-from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.messages.requests import RequestCodec
+from haul_ros.model.command import Command
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.radio import TimedLink
+from haul_ros.model.request import TimedRequest
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.opening import open_finished, reading
@@ -37,7 +38,6 @@ from haul_ros.recording.series import (
     VehicleSeries,
 )
 from haul_ros.recording.topics import TopicIndex
-from haul_ros.units import NS_PER_S
 
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
 
@@ -195,39 +195,19 @@ class Recording:
 
     def commands(self) -> tuple[tuple[int, Command], ...]:
         """Every recorded command with its simulation time [ns]; at the same time in the order in which they came."""
-        senders: dict[str, tuple[str, CommandKind]] = {
-            channel.topic: (locomotive, kind)
-            for kind, by_locomotive in self.channels.commands.items()
-            for locomotive, channel in by_locomotive.items()
-        }
-        with self._border():
-            commands = []
-            for _, channel, message in self._reader.iter_messages(topics=list(senders)):
-                locomotive, kind = senders[channel.topic]
-                decode = decode_bool if kind is CommandKind.EMERGENCY else decode_float64
-                commands.append((message.log_time, Command(locomotive, kind, float(decode(message.data)))))
-            return tuple(commands)
+        return tuple((timed.time_ns, timed.request) for timed in self.requests() if isinstance(timed.request, Command))
 
-    def requests(self) -> tuple[TimedCommand | TimedLink, ...]:
+    def requests(self) -> tuple[TimedRequest, ...]:
         """All that was asked of the run: commands, and changes of radio links after its start, as they came."""
-        commands = iter(self.commands())
-        command_topics = {c.topic for by_locomotive in self.channels.commands.values() for c in by_locomotive.values()}
-        connected = {channel.topic: slave for slave, channel in self.channels.radio_connected.items()}
-        delays = {channel.topic: slave for slave, channel in self.channels.radio_delay.items()}
-        up: dict[str, bool] = {}
+        codec = RequestCodec(self.channels)
         begun: set[str] = set()
-        requests: list[TimedCommand | TimedLink] = []
+        requests: list[TimedRequest] = []
         with self._border():
-            for _, channel, message in self._reader.iter_messages(topics=[*command_topics, *connected, *delays]):
-                time = message.log_time / NS_PER_S
-                if channel.topic in command_topics:
-                    requests.append(TimedCommand(time, next(commands)[1]))
-                elif slave := connected.get(channel.topic):
-                    up[slave] = decode_bool(message.data)
-                elif (slave := delays[channel.topic]) in begun:
-                    requests.append(TimedLink(time, slave, decode_float64(message.data), up[slave]))
+            for _, channel, message in self._reader.iter_messages(topics=codec.topics):
+                if codec.is_state(channel.topic) and channel.topic not in begun:
+                    begun.add(channel.topic)  # how the link was when the run began
                 else:
-                    begun.add(slave)  # the first tells how the link was when the run began
+                    requests.append(TimedRequest(message.log_time, codec.decode(channel.topic, message.data)))
             return tuple(requests)
 
     def events(self) -> tuple[Event, ...]:

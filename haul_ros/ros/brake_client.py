@@ -22,7 +22,7 @@ TIMEOUT = 10.0
 _SETTLING = 1.0
 """Wait [s] for the rest of a node's topics after the first of them has been seen."""
 _POLL = 0.02
-"""Longest wait [s] between two looks at what has been found."""
+"""Longest wait [s] before what has been found is checked again."""
 
 
 def publish_command(command: Command, prefix: str = DEFAULT_PREFIX, timeout: float = TIMEOUT) -> None:

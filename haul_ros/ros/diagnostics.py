@@ -53,16 +53,16 @@ def _pacing(report: RunReport) -> DiagnosticStatus:
 
 
 def _solver(report: RunReport) -> DiagnosticStatus:
-    session = report.session
+    solver = report.session.solver
     values = {
-        "steps": session.steps,
-        "Newton iterations mean": f"{session.newton_iterations_mean:.3f}",
-        "Newton iterations max": session.newton_iterations_max,
-        "fallback steps": session.fallback_steps,
-        "unconverged steps": session.unconverged_steps,
+        "steps": solver.steps,
+        "Newton iterations mean": f"{solver.newton_iterations_mean:.3f}",
+        "Newton iterations max": solver.newton_iterations_max,
+        "fallback steps": solver.fallback_steps,
+        "unconverged steps": solver.unconverged_steps,
     }
-    if session.unconverged_steps:
-        return _status(ERROR, "solver", f"{session.unconverged_steps} steps did not converge", values)
+    if solver.unconverged_steps:
+        return _status(ERROR, "solver", f"{solver.unconverged_steps} steps did not converge", values)
     return _status(OK, "solver", "every step converged", values)
 
 

@@ -1,4 +1,4 @@
-"""The thread that owns the simulation: served requests and paced periods, one after the other."""
+"""The thread that owns the simulation: served actions and paced periods, one after the other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from queue import Empty, SimpleQueue
 from time import monotonic_ns, sleep
 
 from haul_ros.errors import CommandError, HaulError
-from haul_ros.model.command import Command
+from haul_ros.model.request import Request
 from haul_ros.ros.run import TrainRun
 from haul_ros.ros.timing import TimingWindow
 from haul_ros.simulation.pacing import next_deadline, wall_period
@@ -21,13 +21,13 @@ REPORT_PERIOD_NS = NS_PER_S
 
 
 class LoopError(HaulError):
-    """A request that the loop cannot serve in its present state."""
+    """An action that the loop cannot take in its present state."""
 
 
 class SimulationLoop:
     """Advances a run by a sample period at absolute deadlines of the monotonic clock.
 
-    Its methods may be called from any thread: each puts a request into a queue, which the loop
+    Its methods may be called from any thread: each puts an action into a queue, which the loop
     serves between two periods, so that it takes effect at the present simulation time.
 
     Parameters
@@ -39,7 +39,7 @@ class SimulationLoop:
     real_time_factor
         Simulated over wall time; 0: as fast as possible.
     on_rejected
-        Told of every command that could not be carried out, in the loop's thread.
+        Called with every request that could not be carried out, in the loop's thread.
     on_end
         Called last in the loop's thread, however it ends.
     """
@@ -50,7 +50,7 @@ class SimulationLoop:
         sample_period_ns: int,
         real_time_factor: float,
         *,
-        on_rejected: Callable[[Command, CommandError], None],
+        on_rejected: Callable[[Request, CommandError], None],
         on_end: Callable[[], None],
     ) -> None:
         self.failure: Exception | None = None
@@ -60,7 +60,7 @@ class SimulationLoop:
         self._real_time_factor = real_time_factor
         self._on_rejected = on_rejected
         self._on_end = on_end
-        self._requests: SimpleQueue[tuple[Callable[[], str], Future[str]]] = SimpleQueue()
+        self._actions: SimpleQueue[tuple[Callable[[], str], Future[str]]] = SimpleQueue()
         self._timing = TimingWindow(monotonic_ns(), run.time_ns)
         self._deadline_ns = 0
         self._report_due_ns = 0
@@ -77,24 +77,20 @@ class SimulationLoop:
         self._submit(self._stop)
         self._thread.join()
 
-    def command(self, command: Command) -> Future[str]:
-        """Hand over a command."""
-        return self._submit(partial(self._command, command))
-
-    def set_radio(self, slave: str, delay: float | None = None, connected: bool | None = None) -> Future[str]:
-        """Change what is given of the link to a slave, from the next command on; delay in [s]."""
-        return self._submit(partial(self._set_radio, slave, delay, connected))
+    def request(self, request: Request) -> Future[str]:
+        """Hand over a command or a change of a radio link."""
+        return self._submit(partial(self._request, request))
 
     def set_real_time_factor(self, real_time_factor: float) -> Future[str]:
         """Change the pace."""
         return self._submit(partial(self._set_real_time_factor, real_time_factor))
 
     def pause(self, paused: bool) -> Future[str]:
-        """Pause or go on; the result tells the simulation time."""
+        """Pause or go on; the result says so with the simulation time."""
         return self._submit(partial(self._pause, paused))
 
     def step(self) -> Future[str]:
-        """Advance one sample period; LoopError unless paused. The result tells the simulation time."""
+        """Advance one sample period; LoopError unless paused. The result says so with the simulation time."""
         return self._submit(self._step)
 
     def reset(self, run: TrainRun) -> Future[str]:
@@ -106,7 +102,7 @@ class SimulationLoop:
 
     def _submit(self, action: Callable[[], str]) -> Future[str]:
         future: Future[str] = Future()
-        self._requests.put((action, future))
+        self._actions.put((action, future))
         return future
 
     def _main(self) -> None:
@@ -122,8 +118,8 @@ class SimulationLoop:
         self._on_end()
 
     def _refuse_what_is_left(self) -> None:
-        for _ in range(self._requests.qsize()):
-            self._requests.get_nowait()[1].set_exception(LoopError("the simulation has ended"))
+        for _ in range(self._actions.qsize()):
+            self._actions.get_nowait()[1].set_exception(LoopError("the simulation has ended"))
 
     def _simulate(self) -> None:
         self._begin()
@@ -139,13 +135,13 @@ class SimulationLoop:
     def _serve_until_due(self) -> None:
         while (wait := self._due_ns() - monotonic_ns()) > 0 and not self._stopping:
             try:
-                self._serve(*self._requests.get(timeout=wait / NS_PER_S))
+                self._serve(*self._actions.get(timeout=wait / NS_PER_S))
             except Empty:
                 return
         # Late or as fast as possible: no waiting, but what has come is served, and other threads get their turn.
         sleep(0)
-        for _ in range(self._requests.qsize()):
-            self._serve(*self._requests.get_nowait())
+        for _ in range(self._actions.qsize()):
+            self._serve(*self._actions.get_nowait())
 
     def _due_ns(self) -> int:
         return self._report_due_ns if self._paused else min(self._deadline_ns, self._report_due_ns)
@@ -172,48 +168,44 @@ class SimulationLoop:
         self._report_due_ns = next_deadline(self._report_due_ns, now_ns, REPORT_PERIOD_NS, max_behind=0).deadline_ns
 
     def _begin(self) -> None:
-        self._run.tell_start()
+        self._run.start()
         self._restart_pace()
         self._timing.restart(monotonic_ns(), self._run.time_ns)
 
     def _restart_pace(self) -> None:
         self._deadline_ns = monotonic_ns() + wall_period(self._sample_period_ns, self._real_time_factor)
 
-    def _told_time(self, what: str) -> str:
+    def _with_time(self, what: str) -> str:
         return f"{what} at {self._run.time_ns / NS_PER_S:.3f} s"
 
     def _stop(self) -> str:
         self._stopping = True
-        return self._told_time("stopped")
+        return self._with_time("stopped")
 
-    def _command(self, command: Command) -> str:
+    def _request(self, request: Request) -> str:
         try:
-            self._run.command(command)
+            self._run.request(request)
         except CommandError as error:
-            self._on_rejected(command, error)
+            self._on_rejected(request, error)
             raise
-        return self._told_time("accepted")
-
-    def _set_radio(self, slave: str, delay: float | None, connected: bool | None) -> str:
-        self._run.set_radio(slave, delay, connected)
-        return self._told_time("set")
+        return self._with_time("accepted")
 
     def _set_real_time_factor(self, real_time_factor: float) -> str:
         self._real_time_factor = real_time_factor
         self._restart_pace()
-        return self._told_time("set")
+        return self._with_time("set")
 
     def _pause(self, paused: bool) -> str:
         if self._paused and not paused:
             self._restart_pace()
         self._paused = paused
-        return self._told_time("paused" if paused else "running")
+        return self._with_time("paused" if paused else "running")
 
     def _step(self) -> str:
         if not self._paused:
             raise LoopError("step is possible only while paused")
         self._run.advance()
-        return self._told_time("stepped")
+        return self._with_time("stepped")
 
     def _reset(self, run: TrainRun) -> str:
         ended, self._run = self._run, run
@@ -221,4 +213,4 @@ class SimulationLoop:
             ended.close()
         finally:
             self._begin()
-        return self._told_time("started again")
+        return self._with_time("started again")

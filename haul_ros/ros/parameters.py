@@ -7,10 +7,12 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
 from haul_ros.errors import HaulError
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.scenario import Scenario
 from haul_ros.units import kmh_to_mps, mps_to_kmh
 
@@ -32,7 +34,8 @@ class ParameterRow:
 
     ``default`` None: the scenario's own value. ``scenario_key`` is the scenario entry that the
     parameter overrides ("": none) and ``to_scenario`` turns its value into that entry's unit.
-    A number is 0 or at least ``least_above_zero`` where that is given.
+    A number is 0 or at least ``least_above_zero`` where that is given. ``slave`` and ``link_field`` say of which
+    radio link it is which field ("": of none).
     """
 
     name: str
@@ -47,6 +50,8 @@ class ParameterRow:
     read_only: bool = True
     scenario_key: str = ""
     to_scenario: Callable[[Value], object] = lambda value: value
+    slave: str = ""
+    link_field: str = ""
 
     def check(self, value: object) -> Value:
         """The value as this parameter's type; a whole number will do where a decimal one is meant.
@@ -72,6 +77,11 @@ class ParameterRow:
     def _expected_number(self) -> str:
         zero = f"0 or {self.least_above_zero:g}" if self.least_above_zero else f"{self.minimum:g}"
         return f"{zero} to {self.maximum:g} {self.unit}".rstrip()
+
+    def link_change(self, value: Value) -> RadioLinkChange | None:
+        """The change of a radio link to a new value of this parameter; None if it is of no link."""
+        values: dict[str, Any] = {self.link_field: value}
+        return RadioLinkChange(self.slave, **values) if self.slave else None
 
     def descriptor(self) -> ParameterDescriptor:
         """What ``ros2 param describe`` shows; the range is also enforced by ROS."""
@@ -139,7 +149,7 @@ _TRAIN_ROWS = (
     ParameterRow("publish_clock", bool, "publish the simulation time on /clock with every sample", False),
 )
 
-_RADIO_ROWS = (
+_LINK_ROWS = (
     ParameterRow(
         "delay",
         float,
@@ -153,18 +163,20 @@ _RADIO_ROWS = (
     ParameterRow(
         "jitter",
         float,
-        "largest random addition to the delay",
+        "largest random addition to the delay, from the next command on",
         unit="s",
         minimum=0.0,
         maximum=3600.0,
+        read_only=False,
         scenario_key="jitter_s",
     ),
     ParameterRow(
         "loss_probability",
         float,
-        "probability that a telegram to this slave is lost",
+        "probability that a telegram to this slave is lost, from the next command on",
         minimum=0.0,
         maximum=1.0,
+        read_only=False,
         scenario_key="loss_probability",
     ),
     ParameterRow(
@@ -179,18 +191,24 @@ _RADIO_ROWS = (
 
 def parameter_rows(slaves: Iterable[str]) -> dict[str, ParameterRow]:
     """All parameters of a node whose train has these slave locomotives, by name."""
-    radio = (
-        replace(row, name=f"radio.{slave}.{row.name}", scenario_key=f"radio.{slave}.{row.scenario_key}")
+    of_links = (
+        replace(
+            row,
+            name=f"radio.{slave}.{row.name}",
+            scenario_key=f"radio.{slave}.{row.scenario_key}",
+            slave=slave,
+            link_field=row.name,
+        )
         for slave in slaves
-        for row in _RADIO_ROWS
+        for row in _LINK_ROWS
     )
-    return {row.name: row for row in (*_TRAIN_ROWS, *radio)}
+    return {row.name: row for row in (*_TRAIN_ROWS, *of_links)}
 
 
-def radio_parameter(name: str) -> tuple[str, str] | None:
-    """``(slave, field of the link)`` of a parameter ``radio.<slave>.<field>``, None for any other."""
-    parts = name.split(".")
-    return (parts[1], parts[2]) if len(parts) == 3 and parts[0] == "radio" else None
+def _rows_for(names: Iterable[str]) -> dict[str, ParameterRow]:
+    """All parameters of a node whose train has the slaves that these names of parameters speak of."""
+    parts = (name.split(".") for name in names)
+    return parameter_rows(sorted({part[1] for part in parts if len(part) == 3 and part[0] == "radio"}))
 
 
 def check_given(given: Mapping[str, object]) -> dict[str, Value]:
@@ -201,8 +219,7 @@ def check_given(given: Mapping[str, object]) -> dict[str, Value]:
     ParameterError
         Unknown name (with the nearest known one), or a value that its row refuses.
     """
-    slaves = sorted({radio[0] for radio in map(radio_parameter, given) if radio})
-    rows = parameter_rows(slaves)
+    rows = _rows_for(given)
     for name in given:
         if name not in rows:
             near = difflib.get_close_matches(name, [*rows, *parameter_rows(["slave_1"])], n=1)
@@ -217,8 +234,7 @@ def scenario_overrides(given: Mapping[str, Value]) -> dict[str, object]:
     Without ``scenario_commands`` the timed commands are replaced by none, so that the resolved
     scenario is what the node really runs.
     """
-    slaves = sorted({radio[0] for radio in map(radio_parameter, given) if radio})
-    rows = parameter_rows(slaves)
+    rows = _rows_for(given)
     overrides = {rows[n].scenario_key: rows[n].to_scenario(v) for n, v in given.items() if rows[n].scenario_key}
     if not given.get("scenario_commands", False):
         overrides["commands"] = []
@@ -238,8 +254,7 @@ def values_in_effect(scenario: Scenario, given: Mapping[str, Value]) -> dict[str
         "publish_rate": scenario.sample_rate,
         "initial_speed": scenario.initial_speed,
     }
-    for slave, link in scenario.radio.items():
-        own |= {f"radio.{slave}.{row.name}": getattr(link, row.name) for row in _RADIO_ROWS}
     rows = parameter_rows(scenario.radio)
+    own |= {row.name: getattr(scenario.radio[row.slave], row.link_field) for row in rows.values() if row.slave}
     defaults = {name: row.default for name, row in rows.items() if row.default is not None}
     return {name: rows[name].check(value) for name, value in {**defaults, **own, **given}.items()}

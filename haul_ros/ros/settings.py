@@ -9,6 +9,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.scenario import Scenario
 from haul_ros.ros.parameters import (
     DEFAULT_SCENARIO,
@@ -59,6 +60,11 @@ class NodeSettings:
     def flag(self, name: str) -> bool:
         """Present value of a parameter that is true or false."""
         return bool(self._node.get_parameter(name).value)
+
+    def link_change(self, parameter: Parameter) -> RadioLinkChange | None:
+        """What the new value of a parameter changes of a radio link; None if it is no parameter of a link."""
+        row = self._rows.get(parameter.name)
+        return row.link_change(parameter.value) if row else None
 
     def scenario_again(self) -> Scenario:
         """The scenario for a new run of the same train, with the present values of the parameters.

@@ -23,13 +23,13 @@ from std_srvs.srv import SetBool, Trigger
 from haul_ros.errors import CommandError, HaulError
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.request import Request
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.context import ros_node_context
 from haul_ros.ros.errors import RosError
 from haul_ros.ros.loop import SimulationLoop
-from haul_ros.ros.parameters import radio_parameter
 from haul_ros.ros.publishers import Publishers, endpoint
 from haul_ros.ros.recordings import first_recording, following_recording
 from haul_ros.ros.run import CLOCK_CHANNEL, TrainRun
@@ -39,16 +39,16 @@ from haul_ros.units import NS_PER_S, mps_to_kmh
 
 NODE_NAME = "haul"
 
-_LOOK_ROUND = 0.5
+_LONGEST_SPIN = 0.5
 """Longest wait [s] of the executor: rclpy may shut down on a signal without waking it."""
 _ANSWER_TIMEOUT = 10.0
 """Longest time [s] that a service waits for the loop."""
 _WARNING_PERIOD = 1.0
-"""Shortest time [s] between two warnings about the commands of one topic."""
+"""Shortest time [s] between two warnings about the requests of one source."""
 
 
 def run_node(argv: Sequence[str]) -> int:
-    """Run the node with the ROS arguments in ``argv`` until it is told to end; returns the exit status.
+    """Run the node with the ROS arguments in ``argv`` until it is to end; returns the exit status.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def run_node(argv: Sequence[str]) -> int:
 
 
 class TrainNode(Node):
-    """A live train: the executor's thread takes requests, the loop's thread simulates, publishes and records.
+    """A live train: the executor's thread receives requests, the loop's thread simulates, publishes and records.
 
     Raises
     ------
@@ -121,14 +121,14 @@ class TrainNode(Node):
             self._spin()
         finally:
             self._loop.stop()
-        return 0 if self._loop.failure is None else _tell_failure(self._loop.failure)
+        return 0 if self._loop.failure is None else _print_failure(self._loop.failure)
 
     def _spin(self) -> None:
         executor = SingleThreadedExecutor()
         executor.add_node(self)
         try:
             while True:
-                executor.spin_once(timeout_sec=_LOOK_ROUND)
+                executor.spin_once(timeout_sec=_LONGEST_SPIN)
         except ExternalShutdownException:
             pass
         except RuntimeError:  # RCLError, if the shutdown came between two waits
@@ -136,23 +136,21 @@ class TrainNode(Node):
                 raise
 
     def _create_publishers(self) -> Publishers:
-        channels = self._encoder.channels
-        received = {channel.topic for by_locomotive in channels.commands.values() for channel in by_locomotive.values()}
         clock = [CLOCK_CHANNEL] if self._settings.flag("publish_clock") else []
-        return Publishers(self, [*(channel for channel in channels if channel.topic not in received), *clock])
+        return Publishers(self, [*(channel for channel in self._encoder.channels if not channel.received), *clock])
 
     def _subscribe(self) -> None:
         for kind, by_locomotive in self._encoder.channels.commands.items():
             for locomotive, channel in by_locomotive.items():
                 message_type, topic, qos = endpoint(channel)
-                self.create_subscription(message_type, topic, partial(self._take_command, locomotive, kind), qos)
+                self.create_subscription(message_type, topic, partial(self._on_command, locomotive, kind), qos)
 
     def _new_run(self, scenario: Scenario, recording: Path | None) -> TrainRun:
         session = Session(scenario, play_commands=self._settings.flag("scenario_commands"))
         recorder = self._new_recorder(scenario, recording) if recording else None
         train = f"{len(scenario.consist.vehicles)} vehicles at {mps_to_kmh(scenario.initial_speed):.1f} km/h"
-        told = f"recording to {recording}" if recording else "not recording"
-        self._log.info(f"{scenario.name}: {train}, {told}")
+        output = f"recording to {recording}" if recording else "not recording"
+        self._log.info(f"{scenario.name}: {train}, {output}")
         return TrainRun(
             session,
             self._encoder,
@@ -172,22 +170,25 @@ class TrainNode(Node):
             when_full="block" if wait else "drop",
         )
 
-    def _take_command(self, locomotive: str, kind: CommandKind, message: Any) -> None:
-        self._loop.command(Command(locomotive, kind, float(message.data)))
+    def _on_command(self, locomotive: str, kind: CommandKind, message: Any) -> None:
+        self._loop.request(Command(locomotive, kind, float(message.data)))
 
-    def _warn_rejected(self, command: Command, error: CommandError) -> None:
-        topic = self._encoder.channels.commands[command.kind][command.locomotive].topic
-        if monotonic() >= self._warned.get(topic, -inf) + _WARNING_PERIOD:
-            self._warned[topic] = monotonic()
-            self._log.warning(f"{topic}: {command.value} rejected: {error}")
+    def _warn_rejected(self, request: Request, error: CommandError) -> None:
+        if isinstance(request, Command):
+            source = self._encoder.channels.commands[request.kind][request.locomotive].topic
+            what = f"{source}: {request.value}"
+        else:
+            source = what = f"radio link to {request.slave}"
+        if monotonic() >= self._warned.get(source, -inf) + _WARNING_PERIOD:
+            self._warned[source] = monotonic()
+            self._log.warning(f"{what} rejected: {error}")
 
     def _apply_parameters(self, parameters: Sequence[Parameter]) -> None:
         for parameter in parameters:
             if parameter.name == "real_time_factor":
                 self._loop.set_real_time_factor(parameter.value)
-            elif radio := radio_parameter(parameter.name):
-                slave, field = radio
-                self._loop.set_radio(slave, **{field: parameter.value})
+            elif change := self._settings.link_change(parameter):
+                self._loop.request(change)
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return _answer(response, self._loop.pause(request.data))
@@ -215,7 +216,7 @@ def _answer(response: Any, result: Future[str]) -> Any:
     return response
 
 
-def _tell_failure(error: Exception) -> int:
+def _print_failure(error: Exception) -> int:
     if isinstance(error, HaulError):
         print(f"train_node: {error}", file=sys.stderr)
     else:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
 from haul_ros.model.radio import RadioLink
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
 from haul_ros.scenario.document import Document, KeyPath
+from haul_ros.units import seconds_to_ns
 
 _WHOLE = 1e-9
 
@@ -92,7 +94,7 @@ def _command(document: Document, path: KeyPath, train: Consist) -> Command:
     return Command(locomotive.name, CommandKind.TRACTION, effort)
 
 
-def commands(document: Document, train: Consist) -> tuple[TimedCommand, ...]:
+def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:
     """The timed commands, in order of time.
 
     Raises
@@ -101,10 +103,10 @@ def commands(document: Document, train: Consist) -> tuple[TimedCommand, ...]:
         A locomotive that the train does not have, or more traction than it has.
     """
     timed = [
-        TimedCommand(float(entry["at_s"]), _command(document, ("commands", index), train))
+        TimedRequest(seconds_to_ns(entry["at_s"]), _command(document, ("commands", index), train))
         for index, entry in enumerate(document.data["commands"])
     ]
-    return tuple(sorted(timed, key=lambda command: command.time))
+    return tuple(sorted(timed, key=lambda command: command.time_ns))
 
 
 def time_grid(document: Document) -> tuple[float, float]:

@@ -1,100 +1,106 @@
-"""Events of a run, the same live and in batch: some known exactly, others seen from sample to sample."""
+"""Events that show from one state of the train to the next, the same live and in batch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.sample import Sample
-from haul_ros.simulation.session import Session
+from haul_ros.model.sample import FloatArray, Sample
 from haul_ros.units import NS_PER_S, seconds_to_ns
 
 SLACK_SPEED = 0.1
 """Least relative speed [m/s] at which a closing gap is an event: the mean over the sample period in which it closes."""
 
 
-class EventWatch:
-    """Looks at a session once per sample period.
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainState:
+    """What events are detected in.
 
-    Exact in time: emergencies, radio, closed draft gears, the stop of the whole train. Seen at the end of the sample
-    period: brake waves at locomotives and the tail, closing slack, vehicles that stop. Whatever happens at several
-    couplers or vehicles within one period is one event.
+    ``brake_targets`` (n_vehicles,): what each brake is to reach by the last wave, fractions of emergency
+    pressure. ``bottomed_times`` (n_couplers,): when each draft gear first closed fully [s], NaN: never.
+    ``stop_time``: when the last vehicle came to rest [s], None while the train moves.
     """
 
-    def __init__(self, session: Session) -> None:
-        consist = session.consist
-        self._session = session
+    sample: Sample
+    brake_targets: FloatArray
+    bottomed_times: FloatArray
+    stop_time: float | None
+
+
+class EventDetector:
+    """Compares the state of a train with the one before, once per sample period.
+
+    Exact in time: closed draft gears, the stop of the whole train. Stamped with the end of the sample period: brake
+    waves at locomotives and the tail, closing slack, vehicles that stop. Whatever happens at several couplers or
+    vehicles within one period is one event.
+    """
+
+    def __init__(self, consist: Consist, start: TrainState) -> None:
         self._coupler_names, self._vehicle_names = consist.coupler_names, consist.vehicle_names
         last = len(consist.vehicles) - 1
         self._watched = {last: f"tail, {consist.vehicle_names[last]}"}
         self._watched |= {locomotive.vehicle: locomotive.name for locomotive in consist.locomotives}
         self._half_slack = np.array([gear.slack / 2.0 if gear else 0.0 for gear in consist.couplers])
         self._has_slack = bool(self._half_slack.any())
-        self._before = session.sample()
-        self._targets = session.brake_targets()
-        self._bottomed = session.bottomed_times()
-        self._standing = session.at_standstill
+        self._before = start
 
-    def look(self, sample: Sample) -> tuple[Event, ...]:
-        """Events since the last look, in order of time; ``sample`` is the present one."""
-        found = [
-            *self._session.take_events(),
-            *self._waves(sample),
-            *self._newly_bottomed(),
-            *self._closed_slack(sample),
-            *self._stops(sample),
-        ]
-        self._before = sample
-        return tuple(sorted(found, key=lambda event: event.time_ns))
-
-    def _waves(self, sample: Sample) -> list[Event]:
-        before, self._targets = self._targets, self._session.brake_targets()
+    def update(self, now: TrainState) -> list[Event]:
+        """Events between the last state and the present one."""
+        before, self._before = self._before, now
         return [
-            Event(sample.time_ns, EventKind.WAVE, f"{name}: brake wave: {_told(before[i], self._targets[i])}")
-            for i, name in self._watched.items()
-            if before[i] != self._targets[i]
+            *self._waves(before, now),
+            *self._newly_bottomed(before, now),
+            *self._closed_slack(before.sample, now.sample),
+            *self._stops(before, now),
         ]
 
-    def _newly_bottomed(self) -> list[Event]:
-        before, self._bottomed = self._bottomed, self._session.bottomed_times()
-        new = np.flatnonzero(np.isnan(before) & ~np.isnan(self._bottomed))
-        if not len(new):
-            return []
+    def _waves(self, before: TrainState, now: TrainState) -> list[Event]:
+        old, new = before.brake_targets, now.brake_targets
+        return [
+            Event(now.sample.time_ns, EventKind.WAVE, f"{name}: brake wave: {_application(old[i], new[i])}")
+            for i, name in self._watched.items()
+            if old[i] != new[i]
+        ]
+
+    def _newly_bottomed(self, before: TrainState, now: TrainState) -> list[Event]:
+        times = now.bottomed_times
+        new = np.flatnonzero(np.isnan(before.bottomed_times) & ~np.isnan(times))
         found = []
-        for time in np.unique(self._bottomed[new]):
-            at = _named(new[self._bottomed[new] == time], self._coupler_names)
+        for time in np.unique(times[new]) if len(new) else ():
+            at = _named(new[times[new] == time], self._coupler_names)
             found.append(Event(seconds_to_ns(time), EventKind.BOTTOMED, f"{at}: draft gear closed fully"))
         return found
 
-    def _closed_slack(self, sample: Sample) -> list[Event]:
-        elapsed = (sample.time_ns - self._before.time_ns) / NS_PER_S
+    def _closed_slack(self, before: Sample, now: Sample) -> list[Event]:
+        elapsed = (now.time_ns - before.time_ns) / NS_PER_S
         if elapsed == 0.0 or not self._has_slack:
             return []
         found = []
         for side, word in ((1.0, "run-in"), (-1.0, "run-out")):
-            before, now = side * self._before.stroke, side * sample.stroke
-            speed = (now - before) / elapsed
-            closed = (before < self._half_slack) & (now >= self._half_slack) & (speed > SLACK_SPEED)
+            old, new = side * before.stroke, side * now.stroke
+            speed = (new - old) / elapsed
+            closed = (old < self._half_slack) & (new >= self._half_slack) & (speed > SLACK_SPEED)
             if len(at := np.flatnonzero(closed & (self._half_slack > 0.0))):
                 what = f"slack {word} at up to {speed[at].max():.2f} m/s"
-                found.append(Event(sample.time_ns, EventKind.SLACK, f"{_named(at, self._coupler_names)}: {what}"))
+                found.append(Event(now.time_ns, EventKind.SLACK, f"{_named(at, self._coupler_names)}: {what}"))
         return found
 
-    def _stops(self, sample: Sample) -> list[Event]:
+    def _stops(self, before: TrainState, now: TrainState) -> list[Event]:
         found = []
-        if len(at := np.flatnonzero((self._before.speed != 0.0) & (sample.speed == 0.0))):
-            found.append(Event(sample.time_ns, EventKind.STOPPED, f"{_named(at, self._vehicle_names)}: stopped"))
-        stood, self._standing = self._standing, self._session.at_standstill
-        stop_time = self._session.stop_time
-        if stop_time is not None and not stood:
-            found.append(Event(seconds_to_ns(stop_time), EventKind.STOPPED, "train: stopped"))
+        if len(at := np.flatnonzero((before.sample.speed != 0.0) & (now.sample.speed == 0.0))):
+            stopped = f"{_named(at, self._vehicle_names)}: stopped"
+            found.append(Event(now.sample.time_ns, EventKind.STOPPED, stopped))
+        if now.stop_time is not None and before.stop_time is None:
+            found.append(Event(seconds_to_ns(now.stop_time), EventKind.STOPPED, "train: stopped"))
         return found
 
 
-def _told(before: float, target: float) -> str:
-    """What a wave told a vehicle's valve, by the cylinder pressures before and after as fractions of emergency's."""
+def _application(before: float, target: float) -> str:
+    """What a wave asks of a vehicle's valve, by the cylinder pressures before and after as fractions of emergency's."""
     if target == 1.0:
         return "emergency"
     return f"{'service application' if target > before else 'release'} to {100.0 * target:.0f} % of emergency"

@@ -1,4 +1,4 @@
-"""One run of a train: commands in, samples out, in simulation time only."""
+"""One run of a train: requests in, samples and a log out, in simulation time only."""
 
 from __future__ import annotations
 
@@ -7,66 +7,36 @@ import itertools
 import math
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from haul_ros.errors import CommandError
-from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.radio import RadioLink, TimedLink
-from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
+from haul_ros.model.log import LogEntry, PeriodLog
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.request import Request, TimedRequest
+from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance, energy_balance
-from haul_ros.physics.train_model import TrainModel, WaveKind
+from haul_ros.physics.train_model import StepStatistics, TrainModel
+from haul_ros.simulation.events import EventDetector, TrainState
+from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.radio import LinkStatus, Radio
-from haul_ros.units import seconds_to_ns
+from haul_ros.units import NS_PER_S, seconds_to_ns
+
+EXTREMES_PERIOD_NS = NS_PER_S
+"""Simulation time between two logs with the running extremes."""
 
 _ROUNDING = 1e-6
-"""Part of a time step by which a time may miss a step and still count as on it."""
-
-
-@dataclass(frozen=True, slots=True)
-class AppliedBrake:
-    """A locomotive's brake changed: ``value`` 0..1 of full service, 1 in emergency."""
-
-    time_ns: int
-    locomotive: str
-    value: float
-
-
-@dataclass(frozen=True, slots=True)
-class TakenCommand:
-    """A command that was carried out, and when; ``order`` counts commands and links together as they came."""
-
-    time_ns: int
-    command: Command
-    order: int = field(default=0, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class TakenLink:
-    """The link to a slave as it is from a time on; ``order`` as for commands."""
-
-    time_ns: int
-    slave: str
-    link: RadioLink
-    order: int = field(default=0, compare=False)
+"""Part of a time step by which an arrival may miss a step and still count as on it."""
 
 
 @dataclass(frozen=True, slots=True)
 class SessionStatus:
-    """How the steps went since the start, and the radio links by slave.
+    """How the steps went since the start, and the radio links by slave."""
 
-    ``fallback_steps`` did not converge whole and were divided; ``unconverged_steps`` is the number
-    of smallest parts taken all the same, with at most ``worst_residual`` [N].
-    """
-
-    steps: int
-    newton_iterations_mean: float
-    newton_iterations_max: int
-    fallback_steps: int
-    unconverged_steps: int
-    worst_residual: float
+    solver: StepStatistics
     radio: dict[str, LinkStatus]
 
 
@@ -80,21 +50,12 @@ class _Arrival:
     command: Command = field(compare=False)
 
 
-@dataclass(slots=True)
-class _DriverBrake:
-    """What a locomotive's brake valve is set to."""
-
-    vehicle: int
-    demand: float = 0.0
-    emergency: bool = False
-
-
 class Session:
     """A train under way.
 
     A command acts at the master at once and reaches every slave by radio; a command addressed to
     a slave goes to it alone, by radio too. Whatever the pace and the grouping of calls, the same
-    commands at the same simulation times give the same samples, bit for bit.
+    requests at the same simulation times give the same samples, bit for bit.
 
     Parameters
     ----------
@@ -107,7 +68,7 @@ class Session:
     """
 
     def __init__(
-        self, scenario: Scenario, *, play_commands: bool = False, requests: Iterable[TimedCommand | TimedLink] = ()
+        self, scenario: Scenario, *, play_commands: bool = False, requests: Iterable[TimedRequest] = ()
     ) -> None:
         self.scenario = scenario
         self.steps_per_sample = round(1.0 / (scenario.sample_rate * scenario.time_step))
@@ -119,16 +80,18 @@ class Session:
             time_step=scenario.time_step,
         )
         self._radio = Radio(scenario.radio, scenario.radio_seed)
-        self._brakes = {loco.name: _DriverBrake(loco.vehicle) for loco in self.consist.locomotives}
+        self._entries: list[LogEntry] = [
+            TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
+        ]
+        self._locomotives = Locomotives(self._model, scenario.brakes.full_service, self._entries.append)
+        self._events = EventDetector(scenario.consist, self._state(self.sample()))
+        self._logged_step = -1
+        self._extremes_due_ns = 0
+        self._extremes_logged_ns = -1
         self._order = itertools.count()
         self._arrivals: list[_Arrival] = []
-        self._applied = [AppliedBrake(0, name, 0.0) for name in self._brakes]
-        self._taken: list[TakenCommand] = []
-        self._requested = itertools.count(1)
-        self._links = [TakenLink(0, slave, link) for slave, link in scenario.radio.items()]
-        self._events: list[Event] = []
-        timed = [*(scenario.commands if play_commands else ()), *requests]
-        self._timed = deque(sorted(timed, key=lambda entry: entry.time))
+        timed = sorted([*(scenario.commands if play_commands else ()), *requests], key=lambda entry: entry.time_ns)
+        self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
 
     # -- state ----------------------------------------------------------------------------------
 
@@ -173,7 +136,7 @@ class Session:
 
     @property
     def travelled(self) -> float:
-        """Way of the head of the train since the start [m]."""
+        """Distance that the head of the train has travelled since the start [m]."""
         return float(self._model.displacement[0])
 
     def sample(self) -> Sample:
@@ -188,64 +151,48 @@ class Session:
         """Energy balance since the start."""
         return energy_balance(self._model)
 
-    def brake_targets(self) -> FloatArray:
-        """What the brake pipe last told each vehicle to reach (n_vehicles,), fractions of emergency pressure."""
-        return self._model.brake_targets
-
-    def bottomed_times(self) -> FloatArray:
-        """When the draft gear of each coupler first closed fully (n_couplers,) [s]; NaN: never."""
-        return self._model.bottomed_times
-
-    def status(self) -> SessionStatus:
-        """How the steps went, and the state of the radio links."""
-        steps = self._model.statistics()
-        return SessionStatus(
-            steps=steps.steps,
-            newton_iterations_mean=steps.newton_iterations / max(steps.steps, 1),
-            newton_iterations_max=steps.newton_iterations_max,
-            fallback_steps=steps.fallback_steps,
-            unconverged_steps=steps.unconverged_steps,
-            worst_residual=steps.worst_residual,
-            radio=self._radio.status(),
-        )
-
-    def take_applied_brakes(self) -> list[AppliedBrake]:
-        """Changes of what the locomotives apply since the last call; all zeros at the start."""
-        applied, self._applied = self._applied, []
-        return applied
-
-    def take_commands(self) -> list[TakenCommand]:
-        """Commands carried out since the last call, with the times at which they were given."""
-        taken, self._taken = self._taken, []
-        return taken
-
-    def take_links(self) -> list[TakenLink]:
-        """Radio links as changed since the last call; all of them at the start."""
-        links, self._links = self._links, []
-        return links
-
-    def take_events(self) -> list[Event]:
-        """Emergencies, lost telegrams and links that went down or up since the last call, exact in time."""
-        events, self._events = self._events, []
-        return events
-
-    # -- radio ----------------------------------------------------------------------------------
-
     def radio_link(self, slave: str) -> RadioLink:
         """The radio link to a slave."""
         return self._radio.link(slave)
 
-    def set_radio_link(self, slave: str, link: RadioLink) -> None:
-        """Change a radio link; the next command goes over the new one."""
-        if link.connected != self._radio.link(slave).connected:
-            self._happened(self.time, EventKind.RADIO, f"{slave}: radio link {'up' if link.connected else 'down'}")
-        self._radio.set_link(slave, link)
-        self._links.append(TakenLink(self.time_ns, slave, link, next(self._requested)))
+    def status(self) -> SessionStatus:
+        """How the steps went, and the state of the radio links."""
+        return SessionStatus(self._model.statistics(), self._radio.status())
 
-    # -- commands -------------------------------------------------------------------------------
+    # -- log ------------------------------------------------------------------------------------
 
-    def command(self, command: Command) -> None:
-        """Give a command now.
+    def take_log(self, *, last: bool = False) -> PeriodLog:
+        """All that is new since the last call; the first has the state of all links and brakes at the start.
+
+        With the sample if the simulation has advanced since; with the extremes at the first call in each
+        `EXTREMES_PERIOD_NS`, and in the ``last`` log of a run unless this instant's are logged already.
+        """
+        time_ns, sample = self.time_ns, None
+        if self.step != self._logged_step:
+            self._logged_step = self.step
+            sample = self.sample()
+            self._entries += self._events.update(self._state(sample))
+        entries = tuple(sorted(self._entries, key=lambda entry: entry.time_ns))
+        self._entries.clear()
+        return PeriodLog(time_ns, entries, sample, self._due_extremes(time_ns, last))
+
+    def _due_extremes(self, time_ns: int, last: bool) -> CouplerExtremes | None:
+        if time_ns < self._extremes_due_ns and not (last and self._extremes_logged_ns != time_ns):
+            return None
+        self._extremes_logged_ns = time_ns
+        self._extremes_due_ns = (time_ns // EXTREMES_PERIOD_NS + 1) * EXTREMES_PERIOD_NS
+        return self.extremes()
+
+    def _state(self, sample: Sample) -> TrainState:
+        return TrainState(sample, self._model.brake_targets, self._model.bottomed_times, self.stop_time)
+
+    def _log_radio(self, text: str) -> None:
+        self._entries.append(Event(self.time_ns, EventKind.RADIO, text))
+
+    # -- requests -------------------------------------------------------------------------------
+
+    def request(self, request: Request) -> None:
+        """Give a command or change a radio link now; the next command goes over the new link.
 
         Raises
         ------
@@ -253,36 +200,39 @@ class Session:
             Unknown locomotive, a value out of range, more traction than the locomotive has, or the
             end of an emergency while the train moves. Nothing has changed then.
         """
-        self._check(command)
-        self._taken.append(TakenCommand(self.time_ns, command, next(self._requested)))
+        if isinstance(request, RadioLinkChange):
+            self._change_link(request)
+        else:
+            self._command(request)
+
+    def _change_link(self, change: RadioLinkChange) -> None:
+        if change.slave not in self.scenario.radio:
+            known = ", ".join(self.scenario.radio) or "none"
+            raise CommandError(f"{change.slave}: no such slave locomotive, this train has {known}")
+        before = self._radio.link(change.slave)
+        try:
+            link = change.applied_to(before)
+        except ValueError as error:
+            raise CommandError(f"{change.slave}: {error}") from error
+        self._entries.append(TimedRequest(self.time_ns, change))
+        if link.connected != before.connected:
+            self._log_radio(f"{change.slave}: radio link {'up' if link.connected else 'down'}")
+        self._radio.set_link(change.slave, link)
+
+    def _command(self, command: Command) -> None:
+        self._locomotives.check(command)
+        self._entries.append(TimedRequest(self.time_ns, command))
         if command.locomotive == MASTER:
-            self._arrive(self.time, command)
-            slaves = [name for name in self._brakes if name != MASTER]
+            self._locomotives.carry_out(self.time, command)
+            slaves = [name for name in self._locomotives.names if name != MASTER]
         else:
             slaves = [command.locomotive]
         for slave in slaves:
             arrival = self._radio.send(slave, self.time)
             if arrival is None:
-                told = f"telegram lost: {command.kind.value} {command.value:g}"
-                self._happened(self.time, EventKind.RADIO, f"{slave}: {told}")
+                self._log_radio(f"{slave}: telegram lost: {command.kind.value} {command.value:g}")
             else:
                 self._schedule(arrival, Command(slave, command.kind, command.value))
-
-    def _check(self, command: Command) -> None:
-        brake = self._brakes.get(command.locomotive)
-        if brake is None:
-            known = ", ".join(self._brakes)
-            raise CommandError(f"{command.locomotive}: no such locomotive, this train has {known}")
-        command.check()
-        if command.kind is CommandKind.TRACTION:
-            most = self.consist.vehicles[brake.vehicle].max_tractive_effort
-            if command.value > most:
-                raise CommandError(f"{command.locomotive}: traction = {command.value} N, must be at most {most} N")
-        if command.kind is CommandKind.EMERGENCY:
-            if command.value not in (0.0, 1.0):
-                raise CommandError(f"{command.locomotive}: emergency = {command.value}, must be 0 or 1")
-            if command.value == 0.0 and brake.emergency and not self.at_standstill:
-                raise CommandError(f"{command.locomotive}: an emergency application ends at standstill only")
 
     def _schedule(self, time: float, command: Command) -> None:
         steps = time / self.scenario.time_step
@@ -291,92 +241,40 @@ class Session:
         step = math.ceil(steps - _ROUNDING) if late else math.floor(steps + _ROUNDING)
         heapq.heappush(self._arrivals, _Arrival(max(step, self.step), time, next(self._order), command))
 
-    def _arrive(self, time: float, command: Command) -> None:
-        """A command takes effect at the locomotive that it names."""
-        brake = self._brakes[command.locomotive]
-        if command.kind is CommandKind.TRACTION:
-            free = brake.demand == 0.0 and not self._model.in_emergency(brake.vehicle) and not brake.emergency
-            self._model.set_traction(brake.vehicle, command.value if free else 0.0)
-        elif command.kind is CommandKind.BRAKE:
-            self._set_demand(time, command.locomotive, brake, command.value)
-        elif command.value == 1.0:
-            self._start_emergency(time, command.locomotive, brake)
-        else:
-            self._end_emergency(time, command.locomotive, brake)
-
-    def _set_demand(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
-        if brake.emergency:
-            return
-        level = demand * self.scenario.brakes.full_service
-        # Given again, a demand acts on what the brake pipe has become at this locomotive meanwhile.
-        before = brake.demand if demand != brake.demand else None
-        held = self._model.brake_target(brake.vehicle)
-        if (demand > before) if before is not None else (level > held):
-            self._model.start_wave(time, brake.vehicle, WaveKind.SERVICE, level)
-        elif before is not None or level < held:
-            self._model.start_wave(time, brake.vehicle, WaveKind.RELEASE, level)
-        if demand > 0.0:
-            self._model.set_traction(brake.vehicle, 0.0)
-        self._note(time, name, brake, demand)
-
-    def _start_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
-        if brake.emergency:
-            return
-        brake.emergency = True
-        self._model.set_traction(brake.vehicle, 0.0)
-        self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
-        self._note(time, name, brake, 1.0)
-        self._happened(time, EventKind.EMERGENCY, f"{name}: emergency latched")
-
-    def _end_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
-        if not brake.emergency or not self.at_standstill:
-            return
-        brake.emergency = False
-        self._note(time, name, brake, 0.0)
-        self._happened(time, EventKind.EMERGENCY, f"{name}: emergency ended")
-        # A brake pipe that is vented anywhere cannot be charged.
-        if not any(other.emergency for other in self._brakes.values()):
-            self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
-
-    def _note(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
-        if demand != brake.demand:
-            brake.demand = demand
-            self._applied.append(AppliedBrake(seconds_to_ns(time), name, demand))
-
-    def _happened(self, time: float, kind: EventKind, text: str) -> None:
-        self._events.append(Event(seconds_to_ns(time), kind, text))
-
     # -- running --------------------------------------------------------------------------------
 
     def advance(self, steps: int | None = None) -> Sample:
         """Advance by a number of time steps, one sample period by default, and return the state then.
 
         Releases the GIL while it computes.
+
+        Raises
+        ------
+        CommandError
+            A timed command cannot be carried out at its time; the session stands there.
         """
         end = self.step + (self.steps_per_sample if steps is None else steps)
         while self.step < end:
-            self._take_due()
+            self._carry_out_due()
             self._model.advance(min(end, self._next_due_step()) - self.step)
         return self.sample()
 
-    def _timed_step(self) -> int:
-        return max(0, math.ceil(self._timed[0].time / self.scenario.time_step - _ROUNDING))
+    def _first_step_at(self, time_ns: int) -> int:
+        """The first time step whose stamp is not before a time: a request recorded at a step is due there again."""
+        time_step = self.scenario.time_step
+        step = max(0, math.floor(time_ns / NS_PER_S / time_step) - 1)
+        while seconds_to_ns(step * time_step) < time_ns:
+            step += 1
+        return step
 
-    def _take_due(self) -> None:
-        while self._timed and self._timed_step() <= self.step:
-            self._carry_out(self._timed.popleft())
+    def _carry_out_due(self) -> None:
+        while self._timed and self._timed[0][0] <= self.step:
+            self.request(self._timed.popleft()[1])
         while self._arrivals and self._arrivals[0].step <= self.step:
             arrival = heapq.heappop(self._arrivals)
-            self._arrive(max(arrival.time, self.time), arrival.command)
-
-    def _carry_out(self, request: TimedCommand | TimedLink) -> None:
-        if isinstance(request, TimedCommand):
-            self.command(request.command)
-        else:
-            link = self.radio_link(request.slave)
-            self.set_radio_link(request.slave, replace(link, delay=request.delay, connected=request.connected))
+            self._locomotives.carry_out(max(arrival.time, self.time), arrival.command)
 
     def _next_due_step(self) -> int:
-        due = [self._timed_step()] if self._timed else []
+        due = [self._timed[0][0]] if self._timed else []
         due += [self._arrivals[0].step] if self._arrivals else []
         return min(due, default=self.step + 2**62)

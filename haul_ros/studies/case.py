@@ -151,5 +151,5 @@ def simulate(scenario: Scenario) -> CaseResult:
         stop_time=math.nan if stop_time is None else stop_time,
         distance=session.travelled,
         relative_imbalance=session.energy().relative_imbalance,
-        unconverged_steps=session.status().unconverged_steps,
+        unconverged_steps=session.status().solver.unconverged_steps,
     )

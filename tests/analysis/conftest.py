@@ -34,10 +34,8 @@ def run(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Recorde
     path = tmp_path_factory.mktemp("run") / "short.mcap"
     session, encoder = Session(scenario, play_commands=True), TelemetryEncoder(scenario.consist)
     with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
-        for period in periods(session):
-            applied = [encoder.applied_brake(a.time_ns, a.locomotive, a.value) for a in period.applied_brakes]
-            extremes = encoder.extremes(period.sample.time_ns, period.extremes) if period.extremes else ()
-            recorder.put([*applied, *encoder.sample(period.sample), *extremes], time.time_ns())
+        for log in periods(session):
+            recorder.put(encoder.messages(log), time.time_ns())
     return RecordedRun(session, path)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,8 @@ from mcap.reader import make_reader
 from haul_ros.analysis.replay import session_with_changes
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
-from haul_ros.model.radio import TimedLink
+from haul_ros.model.radio import RadioLinkChange
+from haul_ros.model.request import Request, TimedRequest
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.run import TrainRun
@@ -24,6 +26,17 @@ if TYPE_CHECKING:
     from tests.cli.conftest import Haul
 
 SECOND = 10**9
+LIVE_REQUESTS: tuple[Request, ...] = (
+    RadioLinkChange("slave_1", delay=0.2, jitter=0.1),
+    Command("master", CommandKind.BRAKE, 0.3),
+    Command("slave_1", CommandKind.BRAKE, 0.6),
+    RadioLinkChange("slave_1", loss_probability=1.0),
+    Command("slave_1", CommandKind.EMERGENCY, 1.0),
+    RadioLinkChange("slave_1", loss_probability=0.0),
+    Command("slave_1", CommandKind.BRAKE, 0.2),
+    RadioLinkChange("slave_1", connected=False),
+    Command("master", CommandKind.EMERGENCY, 1.0),
+)
 
 
 @pytest.fixture
@@ -39,16 +52,15 @@ def live(haul: Haul) -> Haul:
     encoder = TelemetryEncoder(scenario.consist)
     recorder = McapRecorder("live.mcap", scenario, encoder.channels, when_full="block")
     run = TrainRun(Session(scenario), encoder, lambda _: None, recorder)
-    run.tell_start()
+    run.start()
     for period in range(150):
         run.advance()
         if period == 10:
-            run.command(Command("master", CommandKind.BRAKE, 0.3))
-            run.set_radio("slave_1", delay=0.2)
-            run.command(Command("slave_1", CommandKind.BRAKE, 0.6))
+            for request in LIVE_REQUESTS[:3]:
+                run.request(request)
         if period == 60:
-            run.set_radio("slave_1", connected=False)
-            run.command(Command("master", CommandKind.EMERGENCY, 1.0))
+            for request in LIVE_REQUESTS[3:]:
+                run.request(request)
     run.close()
     return haul
 
@@ -68,16 +80,54 @@ def test_a_batch_run_is_repeated_bit_for_bit(recorded: Haul) -> None:
 def test_a_live_run_is_repeated_with_its_commands_and_links(live: Haul) -> None:
     with Recording("live.mcap") as recording:
         requests = recording.requests()
-    assert [type(request).__name__ for request in requests] == [
-        "TimedCommand",
-        "TimedLink",
-        "TimedCommand",
-        "TimedLink",
-        "TimedCommand",
-    ]
-    assert requests[1] == TimedLink(0.22, "slave_1", 0.2, True)
-    assert requests[3] == TimedLink(1.22, "slave_1", 0.2, False)
+    fields = (RadioLinkChange("slave_1", delay=0.2), RadioLinkChange("slave_1", jitter=0.1))
+    before, after = 220_000_000, 1_220_000_000
+    assert requests == (
+        *(TimedRequest(before, request) for request in (*fields, *LIVE_REQUESTS[1:3])),
+        *(TimedRequest(after, request) for request in LIVE_REQUESTS[3:]),
+    )
     assert live("replay", "live.mcap").status == 0
+
+
+@pytest.mark.parametrize("field", ["delay", "jitter", "loss_probability"])
+def test_a_live_run_without_the_changes_of_one_field_is_another(live: Haul, field: str) -> None:
+    with Recording("live.mcap") as recording:
+        requests = recording.requests()
+        whole = session_with_changes(recording, {})
+    kept = [t for t in requests if isinstance(t.request, Command) or field not in t.request.values()]
+    other = Session(whole.scenario, requests=kept)
+    for session in (whole, other):
+        session.advance(3000)
+    assert whole.sample().speed.tobytes() != other.sample().speed.tobytes()
+
+
+def test_a_recording_from_before_jitter_and_loss_had_topics_is_repeated_bit_for_bit(haul: Haul) -> None:
+    """Every change of a link was recorded as its delay and whether it is connected, changed or not."""
+    scenario = load_scenario("short.yaml", {"commands": [], "radio.slave_1.jitter_s": 0.3})
+    encoder = TelemetryEncoder(scenario.consist)
+    channels = replace(
+        encoder.channels, radio={field: encoder.channels.radio[field] for field in ("connected", "delay")}
+    )
+    session = Session(scenario)
+    with McapRecorder("old.mcap", scenario, channels, when_full="block") as recorder:
+        for period in range(150):
+            if period in (0, 20, 60):
+                change = RadioLinkChange("slave_1", delay=1.0 + period / 50, connected=period != 60)
+                recorder.put(encoder.entries([TimedRequest(session.time_ns, change)]), 0)
+                session.request(change)
+            if period in (21, 61):
+                command = Command("master", CommandKind.BRAKE, 0.3 + period / 100)
+                recorder.put(encoder.entries([TimedRequest(session.time_ns, command)]), 0)
+                session.request(command)
+            recorder.put(encoder.sample(session.advance()), 0)
+    with Recording("old.mcap") as recording:
+        assert "/haul/slave_1/radio_jitter" not in {info.topic for info in recording.info().topics}
+        assert [len(t.request.values()) for t in recording.requests() if isinstance(t.request, RadioLinkChange)] == [
+            1
+        ] * 4
+    outcome = haul("replay", "old.mcap")
+    assert outcome.out.startswith("identical: 450 messages")
+    assert outcome.status == 0
 
 
 def test_a_changed_number_is_found_with_its_time_and_coupler(recorded: Haul) -> None:
@@ -91,7 +141,7 @@ def test_a_changed_number_is_found_with_its_time_and_coupler(recorded: Haul) -> 
                 message = message._replace(data=bytes(data))
             recorder.put([message], 0)
         with Recording("run.mcap") as recording:
-            recorder.put([encoder.command(time_ns, command) for time_ns, command in recording.commands()], 0)
+            recorder.put(encoder.entries(recording.requests()), 0)
     outcome = recorded("replay", "changed.mcap")
     assert outcome.status == 1
     assert outcome.out.startswith("different: 1 of ")
@@ -105,7 +155,10 @@ def test_commands_of_the_scenario_are_given_once(recorded: Haul) -> None:
         session = session_with_changes(recording, {})
     while not session.finished:
         session.advance()
-    assert len(session.take_commands()) == 1
+    given = [entry for entry in session.take_log().entries if isinstance(entry, TimedRequest)]
+    assert [entry.request for entry in given if isinstance(entry.request, Command)] == [
+        Command("master", CommandKind.EMERGENCY, 1.0)
+    ]
 
 
 def test_the_same_driver_with_another_radio_delay_is_another_run_in_a_new_file(recorded: Haul) -> None:
@@ -132,7 +185,7 @@ def test_recorded_links_are_kept_unless_the_radio_is_changed(live: Haul) -> None
     assert live("replay", "fast.mcap").status == 0
     assert live("replay", "live.mcap", "--set", "radio.slave_1.delay_s=2", "-o", "late.mcap").status == 0
     with Recording("late.mcap") as third:
-        assert not [request for request in third.requests() if isinstance(request, TimedLink)]
+        assert not [timed for timed in third.requests() if isinstance(timed.request, RadioLinkChange)]
 
 
 def test_a_change_without_a_file_for_it_is_refused(recorded: Haul) -> None:

@@ -15,16 +15,19 @@ import pytest
 from mcap.reader import make_reader
 
 from haul_ros.cli import run as run_module
+from haul_ros.messages.channels import channel_table
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.log import PeriodLog
 from haul_ros.recording.reader import Recording
 from haul_ros.scenario import load_scenario
-from haul_ros.simulation.batch import Period, periods
+from haul_ros.simulation.batch import periods
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
 
 SECOND = 10**9
+TABLE = channel_table(["master", "slave_1"])
 
 
 def test_the_summary_says_when_it_stopped_and_where_the_peaks_are(haul: Haul) -> None:
@@ -85,14 +88,13 @@ def test_a_train_that_did_not_stop_is_still_moving(haul: Haul) -> None:
 def test_the_recording_holds_the_samples_commands_and_brakes_of_the_run_bit_for_bit(haul: Haul) -> None:
     outcome = haul("run", "short.yaml", "-o", "run.mcap")
     assert "recorded           run.mcap, " in outcome.out
-    told = list(periods(Session(load_scenario("short.yaml"), play_commands=True)))
-    samples = [period.sample for period in told]
+    logs = list(periods(Session(load_scenario("short.yaml"), play_commands=True)))
+    samples = [log.sample for log in logs if log.sample is not None]
     with Recording("run.mcap") as recording:
         couplers, vehicles, pressure = recording.couplers(), recording.vehicles(), recording.pressure()
         assert recording.commands() == ((SECOND // 2, Command("master", CommandKind.EMERGENCY, 1.0)),)
         applied = {name: recording.scalars(f"{name}/applied_brake") for name in ("master", "slave_1")}
-        delay = recording.scalars("slave_1/radio_delay")
-        connected = recording.scalars("slave_1/radio_connected")
+        link = {name: recording.scalars(f"slave_1/radio_{name}") for name in TABLE.radio}
         extremes = list(recording.extremes())
         assert recording.info().complete
     np.testing.assert_array_equal(couplers.time_ns, [sample.time_ns for sample in samples])
@@ -105,9 +107,13 @@ def test_the_recording_holds_the_samples_commands_and_brakes_of_the_run_bit_for_
     np.testing.assert_array_equal(pressure.pressure, [sample.cylinder_pressure for sample in samples])
     assert applied["master"].time_ns.tolist() == [0, SECOND // 2]
     assert applied["slave_1"].time_ns.tolist() == [0, SECOND * 3 // 2]
-    assert (delay.time_ns.tolist(), delay.values.tolist()) == ([0], [1.0])
-    assert (connected.time_ns.tolist(), connected.values.tolist()) == ([0], [1.0])
-    expected = [(period.sample.time_ns, period.extremes) for period in told if period.extremes]
+    assert {name: (series.time_ns.tolist(), series.values.tolist()) for name, series in link.items()} == {
+        "connected": ([0], [1.0]),
+        "delay": ([0], [1.0]),
+        "jitter": ([0], [0.0]),
+        "loss_probability": ([0], [0.0]),
+    }
+    expected = [(log.time_ns, log.extremes) for log in logs if log.extremes]
     for (time_ns, found), (expected_ns, largest) in zip(extremes, expected, strict=True):
         assert time_ns == expected_ns
         for field in fields(largest):
@@ -154,14 +160,14 @@ def test_a_run_that_its_commands_make_impossible_is_one_line_and_keeps_what_was_
         assert recording.couplers().time_ns[-1] == SECOND
 
 
-def test_ctrl_c_completes_the_recording_and_tells_the_summary_so_far(
+def test_ctrl_c_completes_the_recording_and_prints_the_summary_so_far(
     haul: Haul, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted_periods(*arguments: object) -> Iterator[Period]:
-        for number, period in enumerate(periods(*arguments)):  # type: ignore[arg-type]
+    def interrupted_periods(*arguments: object) -> Iterator[PeriodLog]:
+        for number, log in enumerate(periods(*arguments)):  # type: ignore[arg-type]
             if number == 100:
                 os.kill(os.getpid(), signal.SIGINT)
-            yield period
+            yield log
 
     monkeypatch.setattr(run_module, "periods", interrupted_periods)
     before = signal.getsignal(signal.SIGINT)

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+from dataclasses import fields
+
 import pytest
 from rosbags.interfaces import QosDurability
 
 from haul_ros.messages.cdr import typestore
 from haul_ros.messages.channels import channel_table
+from haul_ros.model.radio import RadioLink
 
 TABLE = channel_table(["master", "slave_1", "slave_2"])
+RADIO = ("radio_connected", "radio_delay", "radio_jitter", "radio_loss_probability")
 
 
 def test_every_topic_of_the_contract_is_there_once() -> None:
@@ -18,7 +22,7 @@ def test_every_topic_of_the_contract_is_there_once() -> None:
         names = ("applied_brake", "brake_command", "emergency_brake", "traction_command")
         private += [f"{locomotive}/{name}" for name in names]
     for slave in ("slave_1", "slave_2"):
-        private += [f"{slave}/{name}" for name in ("radio_connected", "radio_delay")]
+        private += [f"{slave}/{name}" for name in RADIO]
     assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in private)}
 
 
@@ -31,8 +35,18 @@ def test_private_topics_follow_the_name_of_the_node() -> None:
 
 def test_only_state_that_changes_seldom_is_latched() -> None:
     latched = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.qos.durability is QosDurability.TRANSIENT_LOCAL}
-    assert latched == {"applied_brake", "radio_connected", "radio_delay"}
+    assert latched == {"applied_brake", *RADIO}
     assert TABLE.couplers.qos.depth == 50
+
+
+def test_commands_are_received_and_nothing_else() -> None:
+    received = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.received}
+    assert received == {"brake_command", "emergency_brake", "traction_command"}
+    assert {c.topic.rsplit("/", 1)[1] for c in TABLE if not c.received}.isdisjoint(received)
+
+
+def test_every_field_of_a_radio_link_has_a_topic() -> None:
+    assert set(TABLE.radio) == {field.name for field in fields(RadioLink)}
 
 
 def test_every_message_type_is_one_of_jazzy() -> None:

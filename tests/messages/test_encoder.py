@@ -12,6 +12,9 @@ from haul_ros.messages.encoder import DiagnosticStatus, Message, TelemetryEncode
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import AppliedBrake, PeriodLog
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
 
 
@@ -72,46 +75,93 @@ def test_extremes_keep_compression_positive_and_tension_negative(
 def test_a_command_goes_to_the_topic_on_which_it_is_given(
     encoder: TelemetryEncoder, command: Command, topic: str, data: float
 ) -> None:
-    message = encoder.command(7, command)
+    (message,) = encoder.entries([TimedRequest(7, command)])
     assert (message.channel.topic, message.time_ns, decoded(message).data) == (topic, 7, data)
 
 
-def test_state_of_brake_and_radio_is_told_per_locomotive(encoder: TelemetryEncoder) -> None:
-    messages = [
-        encoder.applied_brake(1, "slave_1", 0.5),
-        *encoder.radio(2, "slave_1", False, 2.5),
-        encoder.real_time_factor(3, 1.01),
-    ]
-    assert [(m.channel.topic, m.time_ns, decoded(m).data) for m in messages] == [
-        ("/haul/slave_1/applied_brake", 1, 0.5),
-        ("/haul/slave_1/radio_connected", 2, False),
+def contents(messages: list[Message]) -> list[tuple[str, int, Any]]:
+    return [(m.channel.topic, m.time_ns, decoded(m).data) for m in messages]
+
+
+def test_the_applied_brake_and_the_pace_have_their_topics(encoder: TelemetryEncoder) -> None:
+    messages = [*encoder.entries([AppliedBrake(1, "slave_1", 0.5)]), encoder.real_time_factor(3, 1.01)]
+    assert contents(messages) == [("/haul/slave_1/applied_brake", 1, 0.5), ("/haul/real_time_factor", 3, 1.01)]
+
+
+def test_a_change_of_a_link_has_a_message_for_each_field_that_it_gives(encoder: TelemetryEncoder) -> None:
+    start = RadioLinkChange.to("slave_1", RadioLink(2.5, 0.25, 0.125, False))
+    assert contents(encoder.entries([TimedRequest(2, start)])) == [
         ("/haul/slave_1/radio_delay", 2, 2.5),
-        ("/haul/real_time_factor", 3, 1.01),
+        ("/haul/slave_1/radio_jitter", 2, 0.25),
+        ("/haul/slave_1/radio_loss_probability", 2, 0.125),
+        ("/haul/slave_1/radio_connected", 2, False),
     ]
+    later = [
+        RadioLinkChange("slave_1", loss_probability=0.0),
+        RadioLinkChange("slave_1", connected=True),
+        RadioLinkChange("slave_1"),
+    ]
+    assert contents(encoder.entries(TimedRequest(3, change) for change in later)) == [
+        ("/haul/slave_1/radio_loss_probability", 3, 0.0),
+        ("/haul/slave_1/radio_connected", 3, True),
+    ]
+
+
+def test_a_log_becomes_its_entries_in_order_then_the_sample_then_the_extremes(
+    encoder: TelemetryEncoder, make_sample: Callable[[int], Sample], extremes: CouplerExtremes
+) -> None:
+    entries = (
+        TimedRequest(5, Command("master", CommandKind.BRAKE, 0.5)),
+        AppliedBrake(5, "master", 0.5),
+        EVENT,
+        TimedRequest(2_000_000_000, RadioLinkChange("slave_1", jitter=1.0)),
+    )
+    log = PeriodLog(3_020_000_000, entries, make_sample(151), extremes)
+    messages = encoder.messages(log)
+    assert [(m.channel.topic.removeprefix("/haul/"), m.time_ns) for m in messages] == [
+        ("master/brake_command", 5),
+        ("master/applied_brake", 5),
+        ("events", EVENT.time_ns),
+        ("slave_1/radio_jitter", 2_000_000_000),
+        ("couplers", 3_020_000_000),
+        ("vehicles", 3_020_000_000),
+        ("brake_cylinder_pressure", 3_020_000_000),
+        ("max_compression", 3_020_000_000),
+        ("max_tension", 3_020_000_000),
+    ]
+    assert messages == [
+        *encoder.entries(entries),
+        *encoder.sample(make_sample(151)),
+        *encoder.extremes(3_020_000_000, extremes),
+    ]
+    assert encoder.messages(PeriodLog(7, (), None, extremes)) == list(encoder.extremes(7, extremes))
+    assert encoder.messages(PeriodLog(7, entries)) == encoder.entries(entries)
 
 
 EVENT = Event(1_500_000_001, EventKind.RADIO, "slave_1: telegram lost: brake 0.5")
 
 
 def test_an_event_is_an_entry_of_a_log(encoder: TelemetryEncoder) -> None:
-    message = encoder.event(EVENT)
+    (message,) = encoder.entries([EVENT])
     entry = decoded(message)
     assert (message.channel.topic, message.time_ns) == ("/haul/events", EVENT.time_ns)
     assert (entry.stamp.sec, entry.stamp.nanosec) == (1, 500_000_001)
     assert (entry.level, entry.name, entry.msg) == (entry.WARN, "haul.radio", EVENT.text)
-    assert decoded(encoder.event(replace(EVENT, kind=EventKind.STOPPED))).level == entry.INFO
+    (stopped,) = encoder.entries([replace(EVENT, kind=EventKind.STOPPED)])
+    assert decoded(stopped).level == entry.INFO
 
 
 def test_an_event_is_read_by_rclpy(encoder: TelemetryEncoder) -> None:
     serialization = pytest.importorskip("rclpy.serialization")
     log = pytest.importorskip("rcl_interfaces.msg").Log(level=30, name="haul.radio", msg=EVENT.text)
     log.stamp.sec, log.stamp.nanosec = 1, 500_000_001
-    assert serialization.deserialize_message(encoder.event(EVENT).data, type(log)) == log
+    (message,) = encoder.entries([EVENT])
+    assert serialization.deserialize_message(message.data, type(log)) == log
 
 
 def test_the_master_has_no_radio_link_to_itself(encoder: TelemetryEncoder) -> None:
     with pytest.raises(KeyError, match="master"):
-        encoder.radio(0, "master", True, 0.0)
+        encoder.entries([TimedRequest(0, RadioLinkChange("master", delay=0.0))])
 
 
 STATUSES = (

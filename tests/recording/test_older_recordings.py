@@ -12,6 +12,8 @@ from haul_ros.messages.channels import BOOL, FLOAT64, Channel, ChannelTable, cha
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
@@ -55,9 +57,8 @@ def messages(
     found = [
         *encoder.sample(make_sample(0)),
         *encoder.extremes(0, extremes),
-        *encoder.radio(0, "slave_1", True, 2.0),
-        encoder.command(1, COMMAND),
-        encoder.event(EVENT),
+        *encoder.entries([TimedRequest(0, RadioLinkChange.to("slave_1", RadioLink(delay=2.0)))]),
+        *encoder.entries([TimedRequest(1, COMMAND), EVENT]),
         encoder.real_time_factor(3, 1.0),
     ]
     return [message for message in found if message.channel.topic not in lacking]

@@ -15,6 +15,9 @@ from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import AppliedBrake
+from haul_ros.model.radio import RadioLinkChange
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.info import TopicInfo
@@ -28,6 +31,10 @@ COMMANDS = (
     (1_000_000_000, Command("master", CommandKind.BRAKE, 0.8)),
     (1_500_000_000, Command("master", CommandKind.EMERGENCY, 1.0)),
     (9_000_000_000, Command("master", CommandKind.EMERGENCY, 0.0)),
+)
+LINK_CHANGES = (
+    TimedRequest(0, RadioLinkChange("slave_1", delay=2.0, connected=True)),
+    TimedRequest(3_000_000_000, RadioLinkChange("slave_1", delay=2.5, connected=False)),
 )
 
 
@@ -50,11 +57,11 @@ def run(
     with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
         for sample in samples:
             recorder.put(encoder.sample(sample), 1)
-        recorder.put([encoder.command(time_ns, command) for time_ns, command in COMMANDS], 2)
+        recorder.put(encoder.entries(TimedRequest(time_ns, command) for time_ns, command in COMMANDS), 2)
         recorder.put(encoder.extremes(5_000_000_000, extremes), 3)
         recorder.put(encoder.extremes(6_000_000_000, larger(extremes)), 3)
-        recorder.put(encoder.radio(0, "slave_1", True, 2.0), 4)
-        recorder.put(encoder.radio(3_000_000_000, "slave_1", False, 2.5), 5)
+        recorder.put(encoder.entries(LINK_CHANGES[:1]), 4)
+        recorder.put(encoder.entries(LINK_CHANGES[1:]), 5)
     return path
 
 
@@ -148,7 +155,7 @@ def test_messages_that_are_not_in_order_of_time_are_reported(
 def test_events_are_read_as_they_were(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
     events = (Event(5, EventKind.EMERGENCY, "master: emergency latched"), Event(7, EventKind.RADIO, "größer"))
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
-        recorder.put([encoder.event(event) for event in events], 0)
+        recorder.put(encoder.entries(events), 0)
     with Recording(tmp_path / "run.mcap") as recording:
         assert recording.events() == events
 
@@ -156,6 +163,17 @@ def test_events_are_read_as_they_were(tmp_path: Path, scenario: Scenario, encode
 def test_commands_are_read_in_the_order_in_which_they_came(run: Path) -> None:
     with Recording(run) as recording:
         assert recording.commands() == COMMANDS
+
+
+def test_changes_of_links_are_read_field_by_field_among_the_commands_but_not_how_the_links_began(run: Path) -> None:
+    with Recording(run) as recording:
+        requests = recording.requests()
+    assert requests == (
+        *(TimedRequest(time_ns, command) for time_ns, command in COMMANDS[:-1]),
+        TimedRequest(3_000_000_000, RadioLinkChange("slave_1", delay=2.5)),
+        TimedRequest(3_000_000_000, RadioLinkChange("slave_1", connected=False)),
+        TimedRequest(*COMMANDS[-1]),
+    )
 
 
 def test_extremes_are_read_as_they_were_recorded(run: Path, extremes: CouplerExtremes) -> None:
@@ -245,8 +263,8 @@ def test_a_recording_of_nothing_is_read(tmp_path: Path, scenario: Scenario, enco
 def test_private_topics_of_another_node_are_found(tmp_path: Path, scenario: Scenario, consist: Consist) -> None:
     encoder = TelemetryEncoder(consist, "/yard/train_7")
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
-        recorder.put([encoder.command(5, Command("master", CommandKind.BRAKE, 1.0))], 0)
-        recorder.put([encoder.applied_brake(6, "master", 1.0)], 0)
+        recorder.put(encoder.entries([TimedRequest(5, Command("master", CommandKind.BRAKE, 1.0))]), 0)
+        recorder.put(encoder.entries([AppliedBrake(6, "master", 1.0)]), 0)
     with Recording(tmp_path / "run.mcap") as recording:
         assert recording.commands() == ((5, Command("master", CommandKind.BRAKE, 1.0)),)
         assert recording.scalars("master/applied_brake").time_ns.tolist() == [6]

@@ -14,6 +14,7 @@ from ruamel.yaml import YAML
 
 from haul_ros.messages.encoder import DiagnosticStatus, Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.writer import McapRecorder
@@ -24,8 +25,12 @@ def messages(encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]) ->
     """Some of every type."""
     return [
         *(message for step in range(100) for message in encoder.sample(make_sample(step))),
-        encoder.command(2_000_000_000, Command("slave_1", CommandKind.BRAKE, 0.5)),
-        encoder.command(2_000_000_001, Command("master", CommandKind.EMERGENCY, 1.0)),
+        *encoder.entries(
+            [
+                TimedRequest(2_000_000_000, Command("slave_1", CommandKind.BRAKE, 0.5)),
+                TimedRequest(2_000_000_001, Command("master", CommandKind.EMERGENCY, 1.0)),
+            ]
+        ),
         encoder.diagnostics(2_000_000_002, [DiagnosticStatus(1, "loop", "late", "train", {"overruns": "3"})]),
     ]
 

@@ -268,8 +268,8 @@ def test_on_a_full_disk_simulation_and_topics_go_on_and_the_file_is_recovered(tm
     with small_disk(tmp_path / "disk") as folder:
         recorder = McapRecorder(folder / "run.mcap", scenario, encoder.channels, when_full="block")
         run = TrainRun(Session(scenario), encoder, published.extend, recorder)
-        run.tell_start()
-        run.command(Command("master", CommandKind.EMERGENCY, 1.0))
+        run.start()
+        run.request(Command("master", CommandKind.EMERGENCY, 1.0))
         for _ in range(400):
             run.advance()
         with pytest.raises(RecordingError) as caught:

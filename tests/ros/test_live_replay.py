@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -13,9 +12,11 @@ pytest.importorskip("rclpy")
 
 from mcap.reader import make_reader
 
+from haul_ros.analysis.replay import replay_and_compare
 from haul_ros.messages.cdr import decode_bool, decode_float64
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.recording.reader import Recording
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.session import Session
@@ -29,8 +30,9 @@ COMMANDS = {
     for kind, by_locomotive in TABLE.commands.items()
     for locomotive, channel in by_locomotive.items()
 }
-CONNECTED = {channel.topic: slave for slave, channel in TABLE.radio_connected.items()}
-DELAYS = {channel.topic: slave for slave, channel in TABLE.radio_delay.items()}
+LINKS = {
+    channel.topic: (slave, field) for field, by_slave in TABLE.radio.items() for slave, channel in by_slave.items()
+}
 
 
 def replay_differences(path: Path, chunk_of_steps: int) -> tuple[int, int]:
@@ -59,14 +61,12 @@ def replay_differences(path: Path, chunk_of_steps: int) -> tuple[int, int]:
             elif channel.topic in COMMANDS:
                 locomotive, kind = COMMANDS[channel.topic]
                 decode = decode_bool if kind is CommandKind.EMERGENCY else decode_float64
-                session.command(Command(locomotive, kind, float(decode(message.data))))
-            elif channel.topic in CONNECTED:
-                slave = CONNECTED[channel.topic]
-                link = replace(session.radio_link(slave), connected=decode_bool(message.data))
-                session.set_radio_link(slave, link)
-            elif channel.topic in DELAYS:
-                slave = DELAYS[channel.topic]
-                session.set_radio_link(slave, replace(session.radio_link(slave), delay=decode_float64(message.data)))
+                session.request(Command(locomotive, kind, float(decode(message.data))))
+            elif channel.topic in LINKS:
+                slave, field = LINKS[channel.topic]
+                decode = decode_bool if field == "connected" else decode_float64
+                value: dict[str, Any] = {field: decode(message.data)}
+                session.request(RadioLinkChange(slave, **value))
     return samples, differences
 
 
@@ -91,9 +91,15 @@ def test_a_recorded_live_run_is_repeated_exactly_whatever_its_pacing(
     for demand in (0.2, 0.7, 0.4):
         observer.send("master", CommandKind.BRAKE, demand)
         wait_for("slave_2", demand)
-    assert observer.set_parameter("radio.slave_1.delay", 0.8).successful
+    for name, value in (("slave_1.delay", 0.8), ("slave_1.jitter", 0.7), ("slave_3.loss_probability", 1.0)):
+        assert observer.set_parameter(f"radio.{name}", value).successful
     observer.send("slave_1", CommandKind.BRAKE, 0.9)
     wait_for("slave_1", 0.9)
+    observer.send("slave_3", CommandKind.BRAKE, 0.8)
+    for name, value in (("slave_3.loss_probability", 0.25), ("slave_2.jitter", 0.0), ("slave_3.jitter", 0.4)):
+        assert observer.set_parameter(f"radio.{name}", value).successful
+    observer.send("master", CommandKind.BRAKE, 0.5)
+    wait_for("slave_2", 0.5)
     observer.send("slave_2", CommandKind.EMERGENCY, True)
     wait_for("slave_2", 1.0)
     assert node.end() == 0
@@ -102,3 +108,9 @@ def test_a_recorded_live_run_is_repeated_exactly_whatever_its_pacing(
         samples, differences = replay_differences(node.folder / "run.mcap", chunk_of_steps)
         assert samples > 10
         assert differences == 0
+    with Recording(node.folder / "run.mcap") as recording:
+        changed = {field for timed in recording.requests() if isinstance(timed.request, RadioLinkChange)
+                   for field in timed.request.values()}  # fmt: skip
+        found = replay_and_compare(recording)
+    assert changed == {"delay", "jitter", "loss_probability"}
+    assert (found.messages, found.differing) == (3 * samples, 0)

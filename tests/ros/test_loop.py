@@ -10,16 +10,21 @@ import pytest
 
 from haul_ros.errors import CommandError, HaulError, RecordingError
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.radio import RadioLinkChange
+from haul_ros.model.request import Request
 from haul_ros.ros.loop import LoopError, SimulationLoop
 from haul_ros.ros.timing import LoopTiming
 
 PERIOD_NS = 20_000_000
 BRAKE = Command("master", CommandKind.BRAKE, 0.5)
+WRONG = Command("master", CommandKind.BRAKE, 2.0)
+LATE = RadioLinkChange("slave_1", delay=2.0, jitter=0.5)
+CUT = RadioLinkChange("slave_1", connected=False)
 WAIT = 30.0
 
 
 class LoggingRun:
-    """Null physics: a period passes when told to, and everything is written down with its time."""
+    """Null physics: a period passes when asked for, and everything is written down with its time."""
 
     steps_per_sample = 20
 
@@ -30,7 +35,7 @@ class LoggingRun:
         self._failing_close = failing_close
         self._advanced = threading.Condition()
 
-    def tell_start(self) -> None:
+    def start(self) -> None:
         self.log.append(("start", self.time_ns))
 
     def advance(self) -> int:
@@ -42,13 +47,10 @@ class LoggingRun:
             self._advanced.notify_all()
         return 1000
 
-    def command(self, command: Command) -> None:
-        if command.value > 1.0:
+    def request(self, request: Request) -> None:
+        if request == WRONG:
             raise CommandError("out of range")
-        self.log.append(("command", self.time_ns, command))
-
-    def set_radio(self, slave: str, delay: float | None, connected: bool | None) -> None:
-        self.log.append(("radio", self.time_ns, slave, delay, connected))
+        self.log.append(("request", self.time_ns, request))
 
     def report(self, timing: LoopTiming, *, paused: bool) -> None:
         self.log.append(("report", self.time_ns, timing, paused))
@@ -64,14 +66,14 @@ class LoggingRun:
 
 
 class Ending:
-    """Tells when the loop has ended, and what it rejected."""
+    """Whether the loop has ended, and what it rejected."""
 
     def __init__(self) -> None:
         self.ended = threading.Event()
-        self.rejected: list[tuple[Command, str]] = []
+        self.rejected: list[tuple[Request, str]] = []
 
-    def reject(self, command: Command, error: CommandError) -> None:
-        self.rejected.append((command, str(error)))
+    def reject(self, request: Request, error: CommandError) -> None:
+        self.rejected.append((request, str(error)))
 
 
 StartLoop = Callable[..., tuple[SimulationLoop, Ending]]
@@ -133,14 +135,13 @@ def test_requests_act_at_the_present_simulation_time_in_the_order_given(start_lo
     loop, _ = start_loop(run)
     loop.pause(True).result(WAIT)
     now = run.time_ns
-    loop.command(BRAKE)
-    loop.set_radio("slave_1", delay=2.0)
-    loop.set_radio("slave_1", connected=False)
+    for request in (BRAKE, LATE, CUT):
+        loop.request(request)
     loop.step().result(WAIT)
     assert run.log[-4:] == [
-        ("command", now, BRAKE),
-        ("radio", now, "slave_1", 2.0, None),
-        ("radio", now, "slave_1", None, False),
+        ("request", now, BRAKE),
+        ("request", now, LATE),
+        ("request", now, CUT),
         ("advance", now + PERIOD_NS),
     ]
 
@@ -148,18 +149,17 @@ def test_requests_act_at_the_present_simulation_time_in_the_order_given(start_lo
 def test_commands_during_a_slow_period_are_served_before_its_end(start_loop: StartLoop) -> None:
     run = LoggingRun()
     loop, _ = start_loop(run, 0.001)
-    assert loop.command(BRAKE).result(WAIT) == "accepted at 0.000 s"
+    assert loop.request(BRAKE).result(WAIT) == "accepted at 0.000 s"
     assert loop.set_real_time_factor(0.0).result(WAIT) == "set at 0.000 s"
     run.wait_for_time(10 * PERIOD_NS)
 
 
-def test_a_command_that_cannot_be_carried_out_is_told_and_the_run_goes_on(start_loop: StartLoop) -> None:
+def test_a_command_that_cannot_be_carried_out_is_reported_and_the_run_goes_on(start_loop: StartLoop) -> None:
     run = LoggingRun()
     loop, ending = start_loop(run)
-    wrong = Command("master", CommandKind.BRAKE, 2.0)
     with pytest.raises(CommandError, match="out of range"):
-        loop.command(wrong).result(WAIT)
-    assert ending.rejected == [(wrong, "out of range")]
+        loop.request(WRONG).result(WAIT)
+    assert ending.rejected == [(WRONG, "out of range")]
     run.wait_for_time(run.time_ns + PERIOD_NS)
 
 
@@ -174,7 +174,7 @@ def test_a_reset_closes_the_run_and_starts_the_next_paused_if_it_was(start_loop:
     assert second.log == [("start", 0), ("advance", PERIOD_NS)]
 
 
-def test_a_recording_that_fails_at_a_reset_is_told_and_the_next_run_has_begun(start_loop: StartLoop) -> None:
+def test_a_recording_that_fails_at_a_reset_is_reported_and_the_next_run_has_begun(start_loop: StartLoop) -> None:
     second = LoggingRun()
     loop, _ = start_loop(LoggingRun(failing_close=RecordingError("disk full")))
     with pytest.raises(RecordingError, match="disk full"):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     StartNode = Callable[..., LiveNode]
 
 
-def told(capfd: pytest.CaptureFixture[str]) -> list[str]:
+def printed(capfd: pytest.CaptureFixture[str]) -> list[str]:
     """Lines on standard error, without those that rcl prints by itself."""
     return [line for line in capfd.readouterr().err.splitlines() if "[rcl]" not in line]
 
@@ -56,7 +56,7 @@ def test_a_users_mistake_ends_with_one_line_status_2_and_no_file(
     Path("taken.mcap").write_text("somebody's")
     Path("wrong.yaml").write_text("consist: [\n")
     assert main(arguments) == 2
-    (line,) = told(capfd)
+    (line,) = printed(capfd)
     assert line.startswith("train_node: ")
     assert message in line
     assert sorted(path.name for path in tmp_path.iterdir()) == ["taken.mcap", "wrong.yaml"]
@@ -68,7 +68,7 @@ def test_without_rclpy_the_message_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rclpy", None)
     assert main([]) == 2
-    (line,) = told(capfd)
+    (line,) = printed(capfd)
     assert "pip install 'haul_ros[ros]', or source ROS 2 Jazzy" in line
 
 
@@ -80,7 +80,7 @@ def test_without_a_middleware_the_message_says_what_to_install(
 
     monkeypatch.setattr("rclpy.init", init)
     assert main([]) == 2
-    (line,) = told(capfd)
+    (line,) = printed(capfd)
     assert "'librmw_fastrtps_cpp.so'" in line
     assert "pip install 'haul_ros[ros]', or source ROS 2 Jazzy" in line
 

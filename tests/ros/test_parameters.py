@@ -24,9 +24,8 @@ def test_every_parameter_is_described_with_unit_range_and_read_only_where_it_is_
     assert descriptors["dt"].description.endswith("[s]")
     assert descriptors["dt"].read_only
     assert not descriptors["real_time_factor"].read_only
-    assert not descriptors["radio.slave_1.delay"].read_only
-    assert not descriptors["radio.slave_1.connected"].read_only
-    assert descriptors["radio.slave_1.jitter"].read_only
+    for field in ("delay", "jitter", "loss_probability", "connected"):
+        assert not descriptors[f"radio.slave_1.{field}"].read_only
     limits = descriptors["radio.slave_1.loss_probability"].floating_point_range[0]
     assert (limits.from_value, limits.to_value) == (0.0, 1.0)
     assert "zstd" in descriptors["record_compression"].additional_constraints
@@ -73,6 +72,23 @@ def test_parameters_override_the_scenario_in_its_own_units() -> None:
         "initial_speed_kmh": 36.0,
         "radio.slave_2.delay_s": 1.5,
         "commands": [],
+    }
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("delay", 0.5), ("jitter", 0.25), ("loss_probability", 0.125), ("connected", False)]
+)
+def test_a_parameter_of_a_radio_link_is_a_change_of_that_field_alone(field: str, value: float) -> None:
+    row = parameter_rows(["slave_1", "slave_2"])[f"radio.slave_2.{field}"]
+    change = row.link_change(value)
+    assert change is not None
+    assert (change.slave, change.values()) == ("slave_2", {field: value})
+
+
+def test_other_parameters_change_no_link() -> None:
+    rows = parameter_rows(["slave_1"]).values()
+    assert {row.name for row in rows if row.link_change(0.0) is None} == {
+        name for name in parameter_rows([]) if "." not in name
     }
 
 

@@ -3,7 +3,8 @@
 import pytest
 
 from haul_ros.errors import ScenarioError
-from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.request import TimedRequest
 from haul_ros.scenario.loader import load_scenario_text
 
 
@@ -50,10 +51,10 @@ def test_commands_are_in_order_of_time_and_in_si_units(load):
         "  - {at_s: 5, locomotive: slave_1, brake: 0.6}",
     ).commands
     assert commands == (
-        TimedCommand(0.0, Command("master", CommandKind.TRACTION, 300e3)),
-        TimedCommand(5.0, Command("slave_1", CommandKind.BRAKE, 0.5)),
-        TimedCommand(5.0, Command("slave_1", CommandKind.BRAKE, 0.6)),
-        TimedCommand(9.0, Command("master", CommandKind.EMERGENCY, 1.0)),
+        TimedRequest(0, Command("master", CommandKind.TRACTION, 300e3)),
+        TimedRequest(5_000_000_000, Command("slave_1", CommandKind.BRAKE, 0.5)),
+        TimedRequest(5_000_000_000, Command("slave_1", CommandKind.BRAKE, 0.6)),
+        TimedRequest(9_000_000_000, Command("master", CommandKind.EMERGENCY, 1.0)),
     )
 
 

@@ -49,8 +49,8 @@ def test_a_shipped_scenario_has_its_formation(name):
     assert sum(gear is None for gear in scenario.consist.couplers) == drawbars
     assert len(scenario.consist.locomotives) == locomotives
     assert mps_to_kmh(scenario.initial_speed) == pytest.approx(63.7 if name.startswith("validation") else 80.0)
-    assert [(c.time, c.command.locomotive, c.command.kind.value) for c in scenario.commands] == [
-        (0.0, "master", "emergency")
+    assert [(c.time_ns, c.request.locomotive, c.request.kind.value) for c in scenario.commands] == [
+        (0, "master", "emergency")
     ]
 
 

@@ -6,11 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from haul_ros.model.command import Command, CommandKind, TimedCommand
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.log import AppliedBrake
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.batch import RunError, periods, share_done
 from haul_ros.simulation.session import Session
+from tests.simulation.log_entries import commands, of_kind, samples
 
 SECOND = 10**9
 PERIOD = SECOND // 50
@@ -37,41 +40,40 @@ commands:
 
 def test_a_run_begins_before_the_first_step_and_ends_with_the_session(scenario: Scenario) -> None:
     session = Session(scenario, play_commands=True)
-    told = list(periods(session))
-    assert [period.sample.time_ns for period in told] == [n * PERIOD for n in range(len(told))]
+    logs = list(periods(session))
+    states = samples(logs)
+    assert [log.time_ns for log in logs] == [sample.time_ns for sample in states]
+    assert [log.time_ns for log in logs] == [n * PERIOD for n in range(len(logs))]
     assert session.finished
     assert session.stop_time is not None
-    assert told[-1].sample.time_ns == session.time_ns
-    assert not told[-1].sample.speed.any()
-    assert told[-2].sample.speed.any()
+    assert logs[-1].time_ns == session.time_ns
+    assert not states[-1].speed.any()
+    assert states[-2].speed.any()
 
 
-def test_commands_and_applied_brakes_are_told_in_the_period_of_their_time(scenario: Scenario) -> None:
-    told = list(periods(Session(scenario, play_commands=True)))
-    (commanded,) = (period for period in told if period.commands)
-    assert [(taken.time_ns, taken.command) for taken in commanded.commands] == [
-        (SECOND // 2, Command("master", CommandKind.EMERGENCY, 1.0))
+def test_commands_and_applied_brakes_are_logged_in_the_period_of_their_time(scenario: Scenario) -> None:
+    logs = list(periods(Session(scenario, play_commands=True)))
+    (commanded,) = (log for log in logs if commands(log))
+    assert commands(commanded) == [(SECOND // 2, Command("master", CommandKind.EMERGENCY, 1.0))]
+    assert commanded.time_ns == SECOND // 2 + PERIOD
+    assert of_kind(AppliedBrake, *logs) == [
+        AppliedBrake(0, "master", 0.0),
+        AppliedBrake(0, "slave_1", 0.0),
+        AppliedBrake(SECOND // 2, "master", 1.0),
+        AppliedBrake(SECOND * 1503 // 1000, "slave_1", 1.0),
     ]
-    assert commanded.sample.time_ns == SECOND // 2 + PERIOD
-    applied = [change for period in told for change in period.applied_brakes]
-    assert [(a.time_ns, a.locomotive, a.value) for a in applied] == [
-        (0, "master", 0.0),
-        (0, "slave_1", 0.0),
-        (SECOND // 2, "master", 1.0),
-        (SECOND * 1503 // 1000, "slave_1", 1.0),
-    ]
-    for before, period in pairwise(told):
-        for change in period.applied_brakes:
-            assert before.sample.time_ns <= change.time_ns <= period.sample.time_ns
+    for before, log in pairwise(logs):
+        for entry in log.entries:
+            assert before.time_ns <= entry.time_ns <= log.time_ns
 
 
-def test_extremes_are_told_at_the_start_every_second_and_at_the_end(scenario: Scenario) -> None:
+def test_extremes_are_logged_at_the_start_every_second_and_at_the_end(scenario: Scenario) -> None:
     session = Session(scenario, play_commands=True)
-    told = [(p.sample.time_ns, p.extremes) for p in periods(session) if p.extremes]
-    times = [time for time, _ in told]
+    found = [(log.time_ns, log.extremes) for log in periods(session) if log.extremes]
+    times = [time for time, _ in found]
     assert times[:-1] == [n * SECOND for n in range(len(times) - 1)]
     assert times[-1] == session.time_ns
-    last = told[-1][1]
+    last = found[-1][1]
     assert last is not None
     np.testing.assert_array_equal(last.compression, session.extremes().compression)
 
@@ -79,14 +81,14 @@ def test_extremes_are_told_at_the_start_every_second_and_at_the_end(scenario: Sc
 def test_a_run_that_is_to_stop_ends_with_its_present_period_and_the_extremes(scenario: Scenario) -> None:
     answers = iter([False, False, False, True])
     session = Session(scenario, play_commands=True)
-    told = list(periods(session, lambda: next(answers)))
-    assert len(told) == 4
-    assert told[-1].extremes is not None
+    logs = list(periods(session, lambda: next(answers)))
+    assert len(logs) == 4
+    assert logs[-1].extremes is not None
     assert session.time_ns == 3 * PERIOD
 
 
 def test_a_command_of_the_scenario_that_cannot_be_carried_out_ends_the_run_with_its_time(scenario: Scenario) -> None:
-    too_early = TimedCommand(1.0, Command("master", CommandKind.EMERGENCY, 0.0))
+    too_early = TimedRequest(SECOND, Command("master", CommandKind.EMERGENCY, 0.0))
     session = Session(replace(scenario, commands=(*scenario.commands, too_early)), play_commands=True)
     with pytest.raises(RunError, match=r"short_train: at 1\.000 s: master: an emergency .* ends at standstill only"):
         list(periods(session))

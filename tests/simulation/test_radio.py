@@ -89,7 +89,7 @@ def test_the_next_telegram_goes_over_the_new_link_and_those_under_way_over_the_o
     assert radio.link("slave_1") == RadioLink(delay=0.5)
 
 
-def test_status_tells_of_a_link_that_is_down_and_of_a_telegram_lost() -> None:
+def test_status_shows_a_link_that_is_down_and_a_telegram_lost() -> None:
     radio = Radio({"slave_1": RadioLink(delay=0.2), "slave_2": RadioLink(delay=0.3, connected=False)}, 0)
     radio.send("slave_1", 0.0)
     radio.send("slave_2", 0.0)

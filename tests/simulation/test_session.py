@@ -10,13 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haul_ros.errors import CommandError
-from haul_ros.model.command import Command, CommandKind, TimedCommand
-from haul_ros.model.radio import RadioLink
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import AppliedBrake, PeriodLog
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import FloatArray, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.model.track import Track
 from haul_ros.scenario.loader import load_scenario
-from haul_ros.simulation.session import AppliedBrake, Session
+from haul_ros.simulation.session import Session
+from haul_ros.units import seconds_to_ns
+from tests.simulation.log_entries import commands, of_kind
 
 # Locomotive + 10 wagons + 2 locomotives + 10 wagons + locomotive, service waves 200 m/s, release 150, emergency 220.
 SMALL = load_scenario("daqin_1_2_1", {"consist.1.count": 10, "consist.3.count": 10})
@@ -36,8 +41,8 @@ def traction(force: float, locomotive: str = "master") -> Command:
     return Command(locomotive, CommandKind.TRACTION, force)
 
 
-def scenario(*commands: tuple[float, Command], base: Scenario = SMALL, **changes: object) -> Scenario:
-    timed = tuple(TimedCommand(time, command) for time, command in commands)
+def scenario(*plan: tuple[float, Command], base: Scenario = SMALL, **changes: object) -> Scenario:
+    timed = tuple(TimedRequest(seconds_to_ns(time), command) for time, command in plan)
     return replace(base, commands=timed, **changes)  # type: ignore[arg-type]
 
 
@@ -64,7 +69,7 @@ def run_to_rest(session: Session) -> Session:
 
 def applied_times(session: Session) -> dict[str, float]:
     """When each locomotive last changed what it applies [s]."""
-    return {entry.locomotive: entry.time_ns / 1e9 for entry in session.take_applied_brakes()}
+    return {entry.locomotive: entry.time_ns / 1e9 for entry in of_kind(AppliedBrake, session.take_log())}
 
 
 JITTERY = {slave: RadioLink(delay=0.3, jitter=0.5, loss_probability=0.2) for slave in SLAVES}
@@ -91,8 +96,7 @@ def test_the_grouping_of_steps_changes_no_bit(chunks: list[int]) -> None:
     end = max(pieces.step, 3500)
     pieces.advance(end - pieces.step)
     assert_same(whole.advance(end), pieces.sample())
-    assert whole.take_applied_brakes() == pieces.take_applied_brakes()
-    assert whole.take_commands() == pieces.take_commands()
+    assert whole.take_log().entries == pieces.take_log().entries
     for field in fields(whole.extremes()):
         mine, other = (getattr(session.extremes(), field.name) for session in (whole, pieces))
         np.testing.assert_array_equal(mine, other)
@@ -110,35 +114,60 @@ def test_commands_given_live_act_like_those_of_the_scenario_at_the_same_steps() 
     played, live = Session(case, play_commands=True), Session(case)
     for time, command in PLAN:
         live.advance(int(np.ceil(time / case.time_step - 1e-6)) - live.step)
-        live.command(command)
+        live.request(command)
     live.advance(6000 - live.step)
     assert_same(played.advance(6000), live.sample())
-    assert played.take_applied_brakes() == live.take_applied_brakes()
-    assert played.take_commands() == live.take_commands()
+    assert played.take_log().entries == live.take_log().entries
 
 
-def test_what_was_taken_can_be_played_again_bit_for_bit() -> None:
+def test_what_was_logged_can_be_requested_again_bit_for_bit() -> None:
     live = Session(scenario(radio=JITTERY))
     live.advance(137)
-    # Three commands within one turn of a node's loop bear the same time; their order matters.
-    for command in (brake(0.5), brake(0.0), traction(150e3)):
-        live.command(command)
+    # Requests within one turn of a node's loop bear the same time; their order matters.
+    for request in (
+        brake(0.5),
+        brake(0.0),
+        RadioLinkChange("slave_1", jitter=0.9),
+        traction(150e3),
+        RadioLinkChange("slave_1", delay=0.1, jitter=0.0),
+        RadioLinkChange("slave_2", loss_probability=1.0),
+        brake(0.4),
+    ):
+        live.request(request)
     live.advance(900)
-    live.command(emergency())
+    live.request(RadioLinkChange("slave_2", loss_probability=0.0, connected=True))
+    live.request(RadioLinkChange("slave_3", connected=False))
+    live.request(emergency())
     live.advance(2000)
-    taken = live.take_commands()
-    again = Session(
-        scenario(*((entry.time_ns / 1e9, entry.command) for entry in taken), radio=JITTERY), play_commands=True
-    )
+    log = live.take_log().entries
+    links = len(JITTERY)
+    again = Session(scenario(radio=JITTERY), requests=of_kind(TimedRequest, PeriodLog(0, log[links:])))
     assert_same(live.sample(), again.advance(live.step))
-    assert again.take_commands() == taken
+    assert again.take_log().entries == log
+    unchanged = Session(
+        scenario(radio=JITTERY), requests=[TimedRequest(*entry) for entry in commands(PeriodLog(0, log))]
+    )
+    unchanged.advance(live.step)
+    assert of_kind(AppliedBrake, unchanged.take_log()) != of_kind(AppliedBrake, PeriodLog(0, log))
+
+
+def test_a_request_is_due_again_at_the_step_at_which_it_was_logged_whatever_the_time_step() -> None:
+    # A thirtieth of a millisecond is no whole number of nanoseconds: its stamps are rounded up and down.
+    case = scenario(time_step=1e-3 / 30.0)
+    for step in (1, 2, 3, 4, 5, 6, 7, 100, 1001, 59_999):
+        time_ns = seconds_to_ns(step * case.time_step)
+        session = Session(case, requests=[TimedRequest(time_ns, brake(0.5))])
+        session.advance(step)
+        assert commands(session.take_log()) == []
+        session.advance(1)
+        assert commands(session.take_log()) == [(time_ns, brake(0.5))]
 
 
 def test_commands_of_the_same_time_are_given_in_the_order_in_which_they_are_written() -> None:
     plan = ((0.0, brake(0.5)), (1.0, brake(0.0)), (1.0, traction(100e3)))
     session = Session(scenario(*plan), play_commands=True)
     session.advance(2000)
-    assert [entry.command for entry in session.take_commands()] == [command for _, command in plan]
+    assert [command for _, command in commands(session.take_log())] == [command for _, command in plan]
     # Released first, the master may pull; the other way round its brake would have cut the traction.
     assert session.energy().traction_work > 0.0
 
@@ -157,18 +186,20 @@ def test_other_seeds_give_other_delays() -> None:
 def test_a_command_between_two_steps_is_given_at_the_first_step_after_it() -> None:
     session = Session(scenario((0.5013, emergency()), (0.7, brake(0.0))), play_commands=True)
     session.advance(501)
-    assert session.take_commands() == []
+    assert commands(session.take_log()) == []
     session.advance(1)  # the command acts in the step that begins at 0.502 s
-    assert session.take_commands() == []
+    assert commands(session.take_log()) == []
     session.advance(1)
-    (taken,) = session.take_commands()
-    assert (taken.time_ns, taken.command) == (502_000_000, emergency())
+    assert commands(session.take_log()) == [(502_000_000, emergency())]
 
 
-def test_at_the_start_every_locomotive_has_its_brake_released() -> None:
-    session = Session(SMALL)
-    assert session.take_applied_brakes() == [AppliedBrake(0, name, 0.0) for name in ("master", *SLAVES)]
-    assert session.take_applied_brakes() == []
+def test_a_log_begins_with_every_link_and_every_brake_released() -> None:
+    session = Session(scenario(radio=JITTERY))
+    assert session.take_log().entries == (
+        *(TimedRequest(0, RadioLinkChange(slave, 0.3, 0.5, 0.2, True)) for slave in SLAVES),
+        *(AppliedBrake(0, name, 0.0) for name in ("master", *SLAVES)),
+    )
+    assert session.take_log().entries == ()
 
 
 @pytest.mark.parametrize(
@@ -189,18 +220,17 @@ def test_a_refused_command_changes_nothing(command: Command, message: str) -> No
     case = scenario(radio=JITTERY)
     disturbed, calm = Session(case), Session(case)
     for session in (disturbed, calm):
-        session.command(brake(0.3))
-        session.command(emergency())
+        session.request(brake(0.3))
+        session.request(emergency())
         session.advance(500)
     with pytest.raises(CommandError, match=message) as refusal:
-        disturbed.command(command)
+        disturbed.request(command)
     assert "\n" not in str(refusal.value)
     for session in (disturbed, calm):
-        session.command(brake(0.8, "slave_1"))  # draws from the radio's generator
+        session.request(brake(0.8, "slave_1"))  # draws from the radio's generator
     assert_same(disturbed.advance(3000), calm.advance(3000))
     assert disturbed.status() == calm.status()
-    assert disturbed.take_commands() == calm.take_commands()
-    assert disturbed.take_applied_brakes() == calm.take_applied_brakes()
+    assert disturbed.take_log().entries == calm.take_log().entries
 
 
 # -- radio -----------------------------------------------------------------------------------------------------------
@@ -232,10 +262,10 @@ DOWN = RadioLink(connected=False)
 
 def test_a_command_to_a_slave_goes_to_it_alone_and_by_radio() -> None:
     session = Session(scenario(radio={slave: RadioLink(delay=0.5) for slave in SLAVES}))
-    session.take_applied_brakes()
-    session.command(brake(0.4, "slave_2"))
+    session.take_log()
+    session.request(brake(0.4, "slave_2"))
     session.advance(2000)
-    (applied,) = session.take_applied_brakes()
+    (applied,) = of_kind(AppliedBrake, session.take_log())
     assert (applied.locomotive, applied.value) == ("slave_2", 0.4)
     assert applied.time_ns == 500_000_000
 
@@ -256,11 +286,11 @@ def test_a_slave_without_radio_holds_and_brakes_when_the_wave_in_the_pipe_comes(
 
 def test_a_slave_whose_link_fails_holds_the_brake_that_it_has() -> None:
     session = Session(scenario())
-    session.command(brake(0.5))
+    session.request(brake(0.5))
     session.advance(3000)
-    session.set_radio_link("slave_3", DOWN)
-    session.take_applied_brakes()
-    session.command(brake(0.8))
+    session.request(RadioLinkChange.to("slave_3", DOWN))
+    session.take_log()
+    session.request(brake(0.8))
     session.advance(1000)
     assert set(applied_times(session)) == {"master", "slave_1", "slave_2"}
     assert session.radio_link("slave_3") == DOWN
@@ -268,11 +298,11 @@ def test_a_slave_whose_link_fails_holds_the_brake_that_it_has() -> None:
 
 def test_a_slave_that_has_lost_its_link_stops_pulling_when_the_emergency_wave_reaches_it() -> None:
     session = Session(scenario(initial_speed=5.0))
-    session.command(traction(400e3))
+    session.request(traction(400e3))
     session.advance(1000)
     for slave in SLAVES:
-        session.set_radio_link(slave, DOWN)
-    session.command(emergency())
+        session.request(RadioLinkChange.to(slave, DOWN))
+    session.request(emergency())
     session.advance(3000)  # the wave has passed the whole train
     work = session.energy().traction_work
     session.advance(500)
@@ -285,30 +315,30 @@ def test_a_slave_that_has_lost_its_link_stops_pulling_when_the_emergency_wave_re
 def test_partial_demands_travel_as_waves_and_end_at_their_share_of_full_service() -> None:
     session = Session(scenario(radio=dict.fromkeys(SLAVES, DOWN)))
     offsets = np.array(session.consist.centre_offsets)
-    session.command(brake(0.5))
+    session.request(brake(0.5))
     session.advance(1000)
     np.testing.assert_array_equal(fractions(session) > 0.0, (offsets - offsets[0]) / 200.0 < 1.0)
     session.advance(19_000)
     np.testing.assert_allclose(fractions(session), 0.5 * FULL_SERVICE, rtol=1e-12)
-    session.command(brake(0.2))
+    session.request(brake(0.2))
     session.advance(1000)
     np.testing.assert_array_equal(
         fractions(session) < 0.5 * FULL_SERVICE * (1 - 1e-12), (offsets - offsets[0]) / 150.0 < 1.0
     )
     session.advance(19_000)
     np.testing.assert_allclose(fractions(session), 0.2 * FULL_SERVICE, rtol=1e-12)
-    session.command(brake(0.0))
+    session.request(brake(0.0))
     session.advance(20_000)
     np.testing.assert_array_equal(fractions(session), 0.0)
 
 
 def test_brakes_applied_again_soon_after_a_release_hold_the_whole_train() -> None:
     session = Session(load_scenario("daqin_1_2_1"))
-    session.command(brake(0.6))
+    session.request(brake(0.6))
     session.advance(15_000)
-    session.command(brake(0.0))
+    session.request(brake(0.0))
     session.advance(2000)
-    session.command(brake(0.6))
+    session.request(brake(0.6))
     session.advance(25_000)
     # The service wave, at 200 m/s, overtakes the release, at 150 m/s; the demand of every locomotive is 0.6.
     np.testing.assert_allclose(fractions(session), 0.6 * FULL_SERVICE, rtol=1e-12)
@@ -316,21 +346,21 @@ def test_brakes_applied_again_soon_after_a_release_hold_the_whole_train() -> Non
 
 def test_an_emergency_is_latched_until_it_is_ended_at_standstill() -> None:
     session = Session(scenario())
-    session.command(emergency())
+    session.request(emergency())
     session.advance(3000)
-    session.command(brake(0.0))
+    session.request(brake(0.0))
     with pytest.raises(CommandError, match="standstill"):
-        session.command(emergency(0.0))
+        session.request(emergency(0.0))
     session.advance(5000)
     np.testing.assert_array_equal(fractions(session), 1.0)
     while not session.at_standstill:
         session.advance()
-    session.command(brake(0.0))
+    session.request(brake(0.0))
     session.advance(5000)
     np.testing.assert_array_equal(fractions(session), 1.0)
-    session.take_applied_brakes()
-    session.command(emergency(0.0))
-    assert {entry.locomotive: entry.value for entry in session.take_applied_brakes()} == {"master": 0.0}
+    session.take_log()
+    session.request(emergency(0.0))
+    assert {entry.locomotive: entry.value for entry in of_kind(AppliedBrake, session.take_log())} == {"master": 0.0}
     session.advance(40_000)
     np.testing.assert_array_equal(fractions(session), 0.0)
     assert session.at_standstill
@@ -338,37 +368,37 @@ def test_an_emergency_is_latched_until_it_is_ended_at_standstill() -> None:
 
 def test_an_emergency_goes_on_while_any_locomotive_holds_it() -> None:
     session = Session(scenario(initial_speed=0.0))
-    session.command(emergency())
+    session.request(emergency())
     session.advance(5000)
-    session.set_radio_link("slave_2", DOWN)
-    session.command(emergency(0.0))
+    session.request(RadioLinkChange.to("slave_2", DOWN))
+    session.request(emergency(0.0))
     session.advance(30_000)
     np.testing.assert_array_equal(fractions(session), 1.0)
-    session.set_radio_link("slave_2", RadioLink())
-    session.command(emergency(0.0, "slave_2"))
+    session.request(RadioLinkChange.to("slave_2", RadioLink()))
+    session.request(emergency(0.0, "slave_2"))
     session.advance(30_000)
     np.testing.assert_array_equal(fractions(session), 0.0)
 
 
 def test_an_emergency_that_is_ended_while_its_waves_still_run_leaves_no_brake_on() -> None:
     session = Session(load_scenario("daqin_1_2_1", {"initial_speed_kmh": 0}))
-    session.command(emergency())
+    session.request(emergency())
     session.advance(2000)
-    session.command(emergency(0.0))
+    session.request(emergency(0.0))
     session.advance(60_000)
     np.testing.assert_array_equal(fractions(session), 0.0)
 
 
 def test_a_brake_demand_cuts_the_traction_of_its_locomotive() -> None:
     session = Session(scenario(initial_speed=5.0))
-    session.command(traction(400e3))
+    session.request(traction(400e3))
     session.advance(1000)
     pulled = session.energy().traction_work
     assert pulled > 4 * 400e3 * 4.9
-    session.command(brake(0.1))
+    session.request(brake(0.1))
     session.advance(1000)
     assert session.energy().traction_work == pytest.approx(pulled)
-    session.command(traction(400e3))
+    session.request(traction(400e3))
     session.advance(1000)
     assert session.energy().traction_work == pytest.approx(pulled)
 
@@ -377,16 +407,16 @@ def test_the_brake_goes_to_the_strongest_of_many_demands_and_back() -> None:
     random = np.random.default_rng(5)
     session = Session(scenario(radio=JITTERY, initial_speed=30.0))
     for _ in range(1500):
-        session.command(brake(float(random.random()), str(random.choice(["master", *SLAVES]))))
+        session.request(brake(float(random.random()), str(random.choice(["master", *SLAVES]))))
         session.advance(2)
     for slave in SLAVES:
-        session.set_radio_link(slave, RadioLink())
-    session.command(brake(0.0))
+        session.request(RadioLinkChange.to(slave, RadioLink()))
+    session.request(brake(0.0))
     session.advance(3000)
-    session.command(brake(1.0))
+    session.request(brake(1.0))
     session.advance(20_000)
     np.testing.assert_allclose(fractions(session), FULL_SERVICE, rtol=1e-12)
-    assert session.status().unconverged_steps == 0
+    assert session.status().solver.unconverged_steps == 0
 
 
 # -- the end ---------------------------------------------------------------------------------------------------------
@@ -406,6 +436,7 @@ def test_a_run_is_finished_at_standstill_when_no_command_is_to_come() -> None:
     assert not session.finished
     run_to_rest(session)
     # As the brakes let go, couplers that were held under force move the train a little once more.
+    assert session.stop_time is not None
     assert session.stop_time >= stop
     assert session.at_standstill
 
@@ -445,6 +476,90 @@ def test_samples_are_copies() -> None:
     session = Session(SMALL)
     sample = session.sample()
     before = sample.speed.copy()
-    session.command(emergency())
+    session.request(emergency())
     session.advance(5000)
     np.testing.assert_array_equal(sample.speed, before)
+
+
+# -- log -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_log_has_the_sample_of_an_instant_once_and_the_extremes_once_a_second_and_at_the_end() -> None:
+    session = Session(SMALL)
+    first, again = session.take_log(), session.take_log()
+    assert first.sample is not None
+    assert (first.time_ns, first.sample.step, first.extremes is None) == (0, 0, False)
+    assert (again.time_ns, again.entries, again.sample, again.extremes) == (0, (), None, None)
+    found = []
+    for steps in (999, 1, 1, 1200, 1):
+        sample = session.advance(steps)
+        log = session.take_log()
+        assert log.sample is not None
+        assert_same(log.sample, sample)
+        found.append(log.extremes is not None)
+    assert found == [False, True, False, True, False]
+    assert session.take_log().extremes is None
+    end = session.take_log(last=True)
+    assert end.sample is None
+    assert end.extremes is not None
+    np.testing.assert_array_equal(end.extremes.compression, session.extremes().compression)
+    assert session.take_log(last=True).extremes is None
+    session.advance(1)
+    whole = session.take_log(last=True)
+    assert whole.sample is not None
+    assert whole.extremes is not None
+
+
+def test_entries_are_in_order_of_time_and_a_request_stands_before_its_effects() -> None:
+    session = Session(scenario(radio=links(slave_1=RadioLink(delay=0.0104), slave_2=DOWN, slave_3=DOWN)))
+    session.advance(10)
+    session.take_log()
+    session.request(RadioLinkChange("slave_2", connected=True))
+    session.request(RadioLinkChange("slave_2", connected=False))
+    session.request(brake(0.5))
+    session.request(emergency())
+    at_once = session.take_log()
+    at_ns = 10_000_000
+    radio = EventKind.RADIO
+    assert at_once.sample is None
+    assert at_once.entries == (
+        TimedRequest(at_ns, RadioLinkChange("slave_2", connected=True)),
+        Event(at_ns, radio, "slave_2: radio link up"),
+        TimedRequest(at_ns, RadioLinkChange("slave_2", connected=False)),
+        Event(at_ns, radio, "slave_2: radio link down"),
+        TimedRequest(at_ns, brake(0.5)),
+        AppliedBrake(at_ns, "master", 0.5),
+        Event(at_ns, radio, "slave_2: telegram lost: brake 0.5"),
+        Event(at_ns, radio, "slave_3: telegram lost: brake 0.5"),
+        TimedRequest(at_ns, emergency()),
+        AppliedBrake(at_ns, "master", 1.0),
+        Event(at_ns, EventKind.EMERGENCY, "master: emergency latched"),
+        Event(at_ns, radio, "slave_2: telegram lost: emergency 1"),
+        Event(at_ns, radio, "slave_3: telegram lost: emergency 1"),
+    )
+    session.advance(2000)
+    later = session.take_log().entries
+    assert later[:3] == (
+        AppliedBrake(20_400_000, "slave_1", 0.5),
+        AppliedBrake(20_400_000, "slave_1", 1.0),
+        Event(20_400_000, EventKind.EMERGENCY, "slave_1: emergency latched"),
+    )
+    assert [entry.time_ns for entry in later] == sorted(entry.time_ns for entry in later)
+    assert any(isinstance(entry, Event) and entry.kind is EventKind.WAVE for entry in later)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (RadioLinkChange("master", delay=1.0), "master: no such slave locomotive, this train has slave_1, slave_2"),
+        (RadioLinkChange("slave_1", delay=float("nan")), "slave_1: .* delay and jitter must be finite"),
+        (RadioLinkChange("slave_1", connected=False, loss_probability=1.1), "slave_1: .* loss_probability 0 to 1"),
+    ],
+)
+def test_a_refused_change_of_a_link_changes_nothing(change: RadioLinkChange, message: str) -> None:
+    session = Session(scenario(radio=JITTERY))
+    session.take_log()
+    with pytest.raises(CommandError, match=message):
+        session.request(change)
+    assert session.take_log().entries == ()
+    assert [session.radio_link(slave) for slave in SLAVES] == list(JITTERY.values())

@@ -1,0 +1,59 @@
+"""Requests as messages and back: each message is a number on a topic of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from haul_ros.messages.cdr import decode_bool, decode_float64, encode_bool, encode_float64
+from haul_ros.messages.channels import BOOL, FLOAT64, Channel, ChannelTable
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.radio import RadioLinkChange
+from haul_ros.model.request import Request
+
+_ENCODE: Mapping[str, Callable[[Any], bytes]] = {BOOL: encode_bool, FLOAT64: encode_float64}
+_DECODE: Mapping[str, Callable[[bytes], float | bool]] = {BOOL: decode_bool, FLOAT64: decode_float64}
+
+
+class RequestCodec:
+    """Requests in the channels of one train.
+
+    A command is one message. A change of a radio link is one for each field that it gives, and each of them is read
+    back as a change of that field alone.
+    """
+
+    def __init__(self, channels: ChannelTable) -> None:
+        self._channels = channels
+        kinds: list[tuple[CommandKind | str, Mapping[str, Channel]]] = [
+            *channels.commands.items(),
+            *channels.radio.items(),
+        ]
+        self._by_topic = {c.topic: (c, what, name) for what, by_name in kinds for name, c in by_name.items()}
+
+    @property
+    def topics(self) -> list[str]:
+        """All topics that hold requests."""
+        return list(self._by_topic)
+
+    def is_state(self, topic: str) -> bool:
+        """Whether a topic shows a state that requests change: its first message is then that at the start of a run."""
+        return not self._by_topic[topic][0].received
+
+    def encode(self, request: Request) -> list[tuple[Channel, bytes]]:
+        """Each message of a request: its channel and its CDR bytes."""
+        values: list[tuple[Channel, float | bool]]
+        if isinstance(request, Command):
+            values = [(self._channels.commands[request.kind][request.locomotive], request.value)]
+        else:
+            radio = self._channels.radio
+            values = [(radio[field][request.slave], value) for field, value in request.values().items()]
+        return [(channel, _ENCODE[channel.msgtype](value)) for channel, value in values]
+
+    def decode(self, topic: str, data: bytes) -> Request:
+        """The request in a message of one of the `topics`; ValueError if the bytes are not of its type."""
+        channel, what, name = self._by_topic[topic]
+        value = _DECODE[channel.msgtype](data)
+        if isinstance(what, CommandKind):
+            return Command(name, what, float(value))
+        fields: dict[str, Any] = {what: value}
+        return RadioLinkChange(name, **fields)

@@ -1,0 +1,118 @@
+"""The locomotives of a train: what each makes of a command that has reached it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from haul_ros.errors import CommandError
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import AppliedBrake, LogEntry
+from haul_ros.physics.train_model import TrainModel, WaveKind
+from haul_ros.units import seconds_to_ns
+
+
+@dataclass(slots=True)
+class _DriverBrake:
+    """What a locomotive's brake valve is set to."""
+
+    vehicle: int
+    demand: float = 0.0
+    emergency: bool = False
+
+
+class Locomotives:
+    """Brake valves and tractive efforts; applied brakes and emergencies are handed to ``log`` as they change.
+
+    ``full_service`` is the cylinder pressure of a full service application as a fraction of emergency pressure.
+    """
+
+    def __init__(self, model: TrainModel, full_service: float, log: Callable[[LogEntry], None]) -> None:
+        self._model = model
+        self._full_service = full_service
+        self._log = log
+        self._brakes = {loco.name: _DriverBrake(loco.vehicle) for loco in model.consist.locomotives}
+        for name in self._brakes:
+            log(AppliedBrake(0, name, 0.0))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their names, the master first."""
+        return tuple(self._brakes)
+
+    def check(self, command: Command) -> None:
+        """Refuse what no locomotive can carry out now.
+
+        Raises
+        ------
+        CommandError
+            Unknown locomotive, a value out of range, more traction than the locomotive has, or the
+            end of an emergency while the train moves.
+        """
+        brake = self._brakes.get(command.locomotive)
+        if brake is None:
+            known = ", ".join(self._brakes)
+            raise CommandError(f"{command.locomotive}: no such locomotive, this train has {known}")
+        command.check()
+        if command.kind is CommandKind.TRACTION:
+            most = self._model.consist.vehicles[brake.vehicle].max_tractive_effort
+            if command.value > most:
+                raise CommandError(f"{command.locomotive}: traction = {command.value} N, must be at most {most} N")
+        if command.kind is CommandKind.EMERGENCY:
+            if command.value not in (0.0, 1.0):
+                raise CommandError(f"{command.locomotive}: emergency = {command.value}, must be 0 or 1")
+            if command.value == 0.0 and brake.emergency and not self._model.at_standstill:
+                raise CommandError(f"{command.locomotive}: an emergency application ends at standstill only")
+
+    def carry_out(self, time: float, command: Command) -> None:
+        """A command takes effect at the locomotive that it names, at ``time`` [s]."""
+        brake = self._brakes[command.locomotive]
+        if command.kind is CommandKind.TRACTION:
+            free = brake.demand == 0.0 and not self._model.in_emergency(brake.vehicle) and not brake.emergency
+            self._model.set_traction(brake.vehicle, command.value if free else 0.0)
+        elif command.kind is CommandKind.BRAKE:
+            self._set_demand(time, command.locomotive, brake, command.value)
+        elif command.value == 1.0:
+            self._start_emergency(time, command.locomotive, brake)
+        else:
+            self._end_emergency(time, command.locomotive, brake)
+
+    def _set_demand(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
+        if brake.emergency:
+            return
+        level = demand * self._full_service
+        # Given again, a demand acts on what the brake pipe has become at this locomotive meanwhile.
+        before = brake.demand if demand != brake.demand else None
+        held = self._model.brake_target(brake.vehicle)
+        if (demand > before) if before is not None else (level > held):
+            self._model.start_wave(time, brake.vehicle, WaveKind.SERVICE, level)
+        elif before is not None or level < held:
+            self._model.start_wave(time, brake.vehicle, WaveKind.RELEASE, level)
+        if demand > 0.0:
+            self._model.set_traction(brake.vehicle, 0.0)
+        self._apply(time, name, brake, demand)
+
+    def _start_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
+        if brake.emergency:
+            return
+        brake.emergency = True
+        self._model.set_traction(brake.vehicle, 0.0)
+        self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
+        self._apply(time, name, brake, 1.0)
+        self._log(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency latched"))
+
+    def _end_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
+        if not brake.emergency or not self._model.at_standstill:
+            return
+        brake.emergency = False
+        self._apply(time, name, brake, 0.0)
+        self._log(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency ended"))
+        # A brake pipe that is vented anywhere cannot be charged.
+        if not any(other.emergency for other in self._brakes.values()):
+            self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
+
+    def _apply(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
+        if demand != brake.demand:
+            brake.demand = demand
+            self._log(AppliedBrake(seconds_to_ns(time), name, demand))

@@ -1,0 +1,66 @@
+"""Requests survive as messages: what was asked is read back, field by field."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from haul_ros.messages.channels import channel_table
+from haul_ros.messages.requests import RequestCodec
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+
+TABLE = channel_table(["master", "slave_1", "slave_2"])
+CODEC = RequestCodec(TABLE)
+LOCOMOTIVES = st.sampled_from(["master", "slave_1", "slave_2"])
+
+
+def decoded(request: Command | RadioLinkChange) -> list[Command | RadioLinkChange]:
+    return [CODEC.decode(channel.topic, data) for channel, data in CODEC.encode(request)]
+
+
+@given(LOCOMOTIVES, st.sampled_from([CommandKind.BRAKE, CommandKind.TRACTION]), st.floats(allow_nan=False))
+def test_a_command_is_one_message(locomotive: str, kind: CommandKind, value: float) -> None:
+    assert decoded(Command(locomotive, kind, value)) == [Command(locomotive, kind, value)]
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0])
+def test_an_emergency_is_true_or_false(value: float) -> None:
+    (again,) = decoded(Command("slave_2", CommandKind.EMERGENCY, value))
+    assert again == Command("slave_2", CommandKind.EMERGENCY, value)
+    assert isinstance(again, Command)
+    assert isinstance(again.value, float)
+
+
+@given(
+    *(st.none() | st.floats(0.0, limit) for limit in (1e6, 1e6, 1.0)),
+    st.none() | st.booleans(),
+)
+def test_the_changes_read_back_lead_to_the_same_link(
+    delay: float | None, jitter: float | None, loss: float | None, connected: bool | None
+) -> None:
+    change = RadioLinkChange("slave_1", delay, jitter, loss, connected)
+    link = RadioLink(0.5, 0.25, 0.125)
+    expected = change.applied_to(link)
+    for part in decoded(change):
+        assert isinstance(part, RadioLinkChange)
+        assert len(part.values()) == 1
+        link = part.applied_to(link)
+    assert link == expected
+    assert isinstance(link.connected, bool)
+
+
+def test_links_are_state_and_commands_are_not() -> None:
+    state = {topic for topic in CODEC.topics if CODEC.is_state(topic)}
+    assert state == {channel.topic for by_slave in TABLE.radio.values() for channel in by_slave.values()}
+    assert set(CODEC.topics) - state == {channel.topic for channel in TABLE if channel.received}
+
+
+def test_bytes_of_another_type_are_refused() -> None:
+    ((channel, data),) = CODEC.encode(Command("master", CommandKind.BRAKE, math.pi))
+    with pytest.raises(ValueError, match="is no std_msgs/msg/Bool"):
+        CODEC.decode(TABLE.commands[CommandKind.EMERGENCY]["master"].topic, data)
+    assert CODEC.decode(channel.topic, data) == Command("master", CommandKind.BRAKE, math.pi)

@@ -1,0 +1,31 @@
+"""Changes of radio links: what is given changes, the rest stays."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from haul_ros.model.radio import RadioLink, RadioLinkChange
+
+LINK = RadioLink(delay=0.5, jitter=0.25, loss_probability=0.125, connected=False)
+
+
+def test_a_change_leaves_the_fields_alone_that_it_does_not_give() -> None:
+    assert RadioLinkChange("slave_1").applied_to(LINK) == LINK
+    assert RadioLinkChange("slave_1", delay=0.0).applied_to(LINK) == RadioLink(0.0, 0.25, 0.125, False)
+    assert RadioLinkChange("slave_1", jitter=0.0).applied_to(LINK) == RadioLink(0.5, 0.0, 0.125, False)
+    assert RadioLinkChange("slave_1", loss_probability=0.0).applied_to(LINK) == RadioLink(0.5, 0.25, 0.0, False)
+    assert RadioLinkChange("slave_1", connected=True).applied_to(LINK) == RadioLink(0.5, 0.25, 0.125, True)
+
+
+def test_a_change_to_a_link_leads_there_from_any_other() -> None:
+    change = RadioLinkChange.to("slave_1", LINK)
+    assert change.values() == {"delay": 0.5, "jitter": 0.25, "loss_probability": 0.125, "connected": False}
+    assert change.applied_to(RadioLink(3.0, 2.0, 1.0)) == LINK
+
+
+@pytest.mark.parametrize("values", [{"delay": -1.0}, {"jitter": math.inf}, {"loss_probability": 1.5}])
+def test_a_change_to_a_link_that_cannot_be_is_refused(values: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="must be finite"):
+        RadioLinkChange("slave_1", **values).applied_to(LINK)  # type: ignore[arg-type]
