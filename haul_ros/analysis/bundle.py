@@ -8,7 +8,7 @@ from pathlib import Path
 from haul_ros.analysis.envelopes import Thinning, recorded_extremes
 from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure, save_png
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
-from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
+from haul_ros.analysis.tables import peak_table, write_table
 from haul_ros.errors import HaulError
 from haul_ros.recording.reader import JointSeries, Recording
 
@@ -67,15 +67,12 @@ def analyze(path: Path, folder: Path) -> Analysis:
     profile = profile_figure(scenario.consist, extremes, title)
     history = history_figure(scenario.consist, couplers, vehicles, events, title)
 
-    files = [folder / "peaks.csv", folder / "profile.png", folder / "history.png"]
+    pictures = {folder / "profile.png": profile, folder / "history.png": history}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_csv(table, files[0])
-        save_png(profile, files[1])
-        save_png(history, files[2])
-        if parquet_available():
-            files.insert(1, folder / "peaks.parquet")
-            write_parquet(table, files[1])
+        files = write_table(table, folder / "peaks")
+        for picture, figure in pictures.items():
+            save_png(figure, picture)
     except OSError as error:
         raise AnalysisError(f"{error.filename or folder}: cannot be written: {error.strerror}") from error
-    return Analysis(summary, tuple(files))
+    return Analysis(summary, (*files, *pictures))

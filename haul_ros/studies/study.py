@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from haul_ros.analysis.tables import write_pieces, write_table
 from haul_ros.model.sample import FloatArray
 from haul_ros.studies import vibration
 from haul_ros.studies.case import CaseResult
@@ -27,14 +28,7 @@ from haul_ros.studies.pools import Pool
 from haul_ros.studies.runner import Done, run_cases
 from haul_ros.studies.store import ResultStore
 from haul_ros.studies.sweep import PaperValues, Sweep
-from haul_ros.studies.tables import (
-    case_row,
-    columns,
-    profile_table,
-    quantile_table,
-    write_profiles,
-    write_table,
-)
+from haul_ros.studies.tables import case_row, columns, profile_table, quantile_table
 
 RESULTS_FILE = "results.sqlite"
 """Finished cases of all studies in a folder."""
@@ -116,7 +110,7 @@ def _write(study: Sweep, folder: Path, store: ResultStore, done: Sequence[Done])
         return Outcome(study, 0, len(study))
     rows = [case_row(d.case, store[d.key], study.paper.get(d.case.name, PaperValues())) for d in done]
     files = write_table(columns(rows), folder / study.name)
-    files += write_profiles((profile_table(d.case, store[d.key]) for d in done), folder / f"{study.name}_profiles")
+    files += write_pieces((profile_table(d.case, store[d.key]) for d in done), folder / f"{study.name}_profiles")
     claims: list[Claim] = []
     if len(done) == len(study):
         figure, claims, more = _conclude(study, folder, store, done)

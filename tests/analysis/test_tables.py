@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
+from haul_ros.analysis import tables
+from haul_ros.analysis.tables import parquet_available, peak_table, write_pieces, write_table
 from haul_ros.model.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def test_the_table_has_a_row_per_coupler_in_the_units_of_its_heads(scenario: Sce
 
 def test_csv_gives_the_table_back_to_nine_digits(scenario: Scenario, run: RecordedRun, tmp_path: Path) -> None:
     table = peak_table(scenario.consist, run.session.extremes())
-    write_csv(table, tmp_path / "peaks.csv")
+    write_table(table, tmp_path / "peaks")
     with (tmp_path / "peaks.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert list(rows[0]) == list(table)
@@ -45,5 +46,20 @@ def test_csv_gives_the_table_back_to_nine_digits(scenario: Scenario, run: Record
 def test_parquet_gives_the_table_back_exactly(scenario: Scenario, run: RecordedRun, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = peak_table(scenario.consist, run.session.extremes())
-    write_parquet(table, tmp_path / "peaks.parquet")
+    write_table(table, tmp_path / "peaks")
     assert parquet.read_table(tmp_path / "peaks.parquet").to_pydict() == table
+
+
+def test_pieces_stand_below_one_another_under_one_head(tmp_path: Path) -> None:
+    pieces = ({"piece": [n, n], "value": [n / 3, None]} for n in range(120))
+    files = write_pieces(pieces, tmp_path / "all")
+    lines = files[0].read_text("utf-8").splitlines()
+    assert lines[:3] == ["piece,value", "0,0", "0,"]
+    assert lines[-2:] == ["119,39.6666667", "119,"]
+    assert len(lines) == 241
+
+
+def test_without_pyarrow_there_is_csv_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tables, "parquet_available", lambda: False)
+    assert write_table({"a": [1]}, tmp_path / "few") == [tmp_path / "few.csv"]
+    assert [file.name for file in tmp_path.iterdir()] == ["few.csv"]

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from haul_ros.analysis.tables import write_pieces, write_table
 from haul_ros.scenario import load_scenario
 from haul_ros.studies.case import Case, simulate
 from haul_ros.studies.sweep import PaperValues
-from haul_ros.studies.tables import case_row, columns, profile_table, quantile_table, write_profiles, write_table
+from haul_ros.studies.tables import case_row, columns, profile_table, quantile_table
 
 
 def test_a_row_holds_the_peaks_of_the_case_in_field_units_and_the_paper_s_numbers(short: str) -> None:
@@ -33,7 +34,7 @@ def test_profiles_are_the_same_in_csv_and_parquet(tmp_path: Path, short: str) ->
     pq = pytest.importorskip("pyarrow.parquet")
     result = simulate(load_scenario(short))
     tables = [profile_table(Case(f"case {n}", short, {}, {}), result) for n in range(120)]
-    files = write_profiles(iter(tables), tmp_path / "profiles")
+    files = write_pieces(iter(tables), tmp_path / "profiles")
     assert [file.name for file in files] == ["profiles.csv", "profiles.parquet"]
     rows = list(csv.DictReader(files[0].open(encoding="utf-8")))
     parquet = pq.read_table(files[1])
