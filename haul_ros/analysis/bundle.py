@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from haul_ros.analysis.envelopes import Thinning, recorded_extremes
-from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure
+from haul_ros.analysis.plotting import save_png
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.analysis.tables import peak_table, write_table
 from haul_ros.errors import HaulError

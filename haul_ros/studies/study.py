@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from haul_ros.analysis.plotting import save_png
 from haul_ros.analysis.tables import write_pieces, write_table
 from haul_ros.model.sample import FloatArray
 from haul_ros.studies import vibration
@@ -21,7 +22,6 @@ from haul_ros.studies.figures import (
     modes_figure,
     profiles_figure,
     quantiles_figure,
-    save_png,
     single_figure,
 )
 from haul_ros.studies.pools import Pool

@@ -9,7 +9,8 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from haul_ros.analysis.plots import BrakeEvent, brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.plots import BrakeEvent, brake_events, history_figure, profile_figure
+from haul_ros.analysis.plotting import save_png
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording, ScalarSeries
 from haul_ros.scenario import load_scenario
