@@ -20,10 +20,10 @@ from haul_ros.physics.kernel._jit import source_digest
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
-_LOOK_EVERY = 1.0
-"""Simulation time [s] between two looks whether the train stands: extremes are kept by every time step anyway."""
+_CHECK_EVERY = 1.0
+"""Simulation time [s] between two checks whether the train stands: extremes are kept by every time step anyway."""
 _HARDEST_STOP = 2.0
-"""Deceleration [m/s^2] that trains do not reach: looks before a stop is possible would only cost time."""
+"""Deceleration [m/s^2] that trains do not reach: checks before a stop is possible would only cost time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class CaseResult:
     """What a run gave, in SI units.
 
     ``geared`` (n_couplers,) is false for rigid drawbars; ``locomotives`` are vehicle indices;
-    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is the way of the head.
+    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is how far the head went.
     """
 
     extremes: CouplerExtremes
@@ -78,7 +78,7 @@ class CaseResult:
 
     @property
     def position(self) -> FloatArray:
-        """Place of each coupler along the train (n_couplers,): j/N for the j-th of N vehicles."""
+        """Position of each coupler along the train (n_couplers,): j/N for the j-th of N vehicles."""
         n = len(self.geared) + 1
         return np.arange(1, n) / n
 
@@ -141,7 +141,7 @@ def simulate(scenario: Scenario) -> CaseResult:
     session = Session(scenario, play_commands=True)
     speed = scenario.initial_speed
     while not session.finished:
-        ahead = min(max(_LOOK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
+        ahead = min(max(_CHECK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
         speed = float(session.advance(max(1, math.ceil(ahead / scenario.time_step))).speed.max())
     stop_time = session.stop_time
     return CaseResult(

@@ -65,7 +65,7 @@ def run_study(
     folder: Path,
     open_pool: Callable[[], AbstractContextManager[Pool]],
     *,
-    told: Callable[[], None] = lambda: None,
+    on_finished: Callable[[], None] = lambda: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Outcome:
     """Run what is missing in the folder, made if there is none, and write tables, figure and findings.
@@ -82,7 +82,7 @@ def run_study(
     if _is_vibration(study):
         return _vibration(study, folder)
     with open_pool() as pool, _store(folder) as store:
-        done = run_cases(study.cases(), pool, store, told=told, stop=stop)
+        done = run_cases(study.cases(), pool, store, on_finished=on_finished, stop=stop)
         try:
             return _write(study, folder, store, done)
         except OSError as error:

@@ -47,9 +47,9 @@ def test_trains_of_different_length_have_no_quantiles(tmp_path: Path, short: str
 
 def test_a_study_goes_on_where_it_stopped_and_ends_with_the_same_files(tmp_path: Path, short: str) -> None:
     sweep = free_sweep(short, [], ["initial_speed_kmh=20:31:1"], [], None, 0)
-    told: list[None] = []
-    run = partial(run_study, sweep, tmp_path / "a", partial(local_pool, 1), told=lambda: told.append(None))
-    first = run(stop=lambda: len(told) >= 3)
+    finished: list[None] = []
+    run = partial(run_study, sweep, tmp_path / "a", partial(local_pool, 1), on_finished=lambda: finished.append(None))
+    first = run(stop=lambda: len(finished) >= 3)
     assert 3 <= first.finished < first.total == 12
     assert not first.complete
     assert names(first.files) == ["sweep.csv", "sweep_profiles.csv"]
