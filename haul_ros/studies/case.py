@@ -8,6 +8,8 @@ import math
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,14 +32,19 @@ _HARDEST_STOP = 2.0
 class Case:
     """A run to be made.
 
-    ``overrides`` are those of `load_scenario`; ``values`` is what tells this case from the others
-    of its study, by column name.
+    ``name`` is for people. ``overrides`` are those of `load_scenario`; ``values`` is what tells this
+    case from the others of its study, by column name.
     """
 
     name: str
     scenario: str
     overrides: Mapping[str, object]
     values: Mapping[str, object]
+
+    @property
+    def scenario_name(self) -> str:
+        """The name of a shipped scenario, or of a file without its ending."""
+        return Path(self.scenario).stem
 
     def load(self) -> Scenario:
         """The scenario of this case.
@@ -123,6 +130,17 @@ class CaseResult:
             )
         except (zipfile.BadZipFile, KeyError, TypeError, EOFError) as error:
             raise ValueError(f"not a result: {error}") from error
+
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Finished(Generic[Result]):
+    """A case and what it gave: a `CaseResult` if it was simulated."""
+
+    case: Case
+    result: Result
 
 
 def key(scenario: Scenario) -> str:

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from haul_ros.analysis.tables import Table
 from haul_ros.model.sample import FloatArray
-from haul_ros.studies.case import Case, CaseResult
+from haul_ros.studies.case import CaseResult, Finished
 from haul_ros.studies.sweep import PaperValues
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Of the cases, at each coupler; 0 and 1 are the smallest and the largest."""
 
 
-def case_row(case: Case, result: CaseResult, paper: PaperValues) -> dict[str, object]:
+def case_row(finished: Finished[CaseResult], paper: PaperValues) -> dict[str, object]:
     """The peaks of one case over the whole train, and what the paper's text says (None: nothing)."""
+    case, result = finished.case, finished.result
     extremes, position = result.extremes, result.position
     return {
         "case": case.name,
-        "scenario": Path(case.scenario).stem,
+        "scenario": case.scenario_name,
         **case.values,
         "max_force_kN": float(result.force.max()) / 1e3,
         "max_force_position": float(position[result.force.argmax()]),
@@ -56,11 +56,12 @@ def _alike(values: list[object]) -> list[object]:
     return [None if value is None else str(value) for value in values]
 
 
-def profile_table(case: Case, result: CaseResult) -> Table:
+def profile_table(finished: Finished[CaseResult]) -> Table:
     """One row per coupler from the head: largest forces and strokes, as magnitudes."""
+    result = finished.result
     n = len(result.geared)
     return {
-        "case": [case.name] * n,
+        "case": [finished.case.name] * n,
         "coupler": list(range(1, n + 1)),
         "position": result.position.tolist(),
         "rigid": (~result.geared).tolist(),

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from haul_ros.model.scenario import Scenario
 from haul_ros.studies import runner
 from haul_ros.studies.case import Case, CaseResult, simulate
 from haul_ros.studies.errors import StudyError
@@ -23,6 +24,18 @@ def payloads(store: ResultStore, cases: list[Case]) -> list[bytes]:
         return [store[done.key].to_bytes() for done in run_cases(cases, pool, store)]
 
 
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
+    """The scenarios that are simulated from now on."""
+    run: list[Scenario] = []
+
+    def simulate_and_note(scenario: Scenario) -> CaseResult:
+        run.append(scenario)
+        return simulate(scenario)
+
+    monkeypatch.setattr(runner, "simulate", simulate_and_note)
+    return run
+
+
 def test_one_thread_and_several_give_the_same_bits_in_the_same_order(tmp_path: Path, speeds: Cases) -> None:
     found = []
     for jobs in (1, 4):
@@ -35,8 +48,7 @@ def test_one_thread_and_several_give_the_same_bits_in_the_same_order(tmp_path: P
 
 
 def test_finished_cases_are_not_run_again(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    run: list[object] = []
-    monkeypatch.setattr(runner, "simulate", lambda scenario: run.append(scenario) or simulate(scenario))
+    run = counted(monkeypatch)
     for count in (3, 5):
         with ResultStore(tmp_path / "results.sqlite") as store, local_pool(2) as pool:
             assert len(run_cases(speeds(count), pool, store)) == count
@@ -56,8 +68,7 @@ def test_stopped_early_finished_cases_are_kept_and_no_further_one_begins(tmp_pat
 
 
 def test_equal_cases_are_run_once(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    run: list[object] = []
-    monkeypatch.setattr(runner, "simulate", lambda scenario: run.append(scenario) or simulate(scenario))
+    run = counted(monkeypatch)
     finished: list[None] = []
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(2) as pool:
         assert len(run_cases(speeds(1) * 4, pool, store, on_finished=lambda: finished.append(None))) == 4
