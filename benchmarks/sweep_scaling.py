@@ -38,7 +38,7 @@ def sweep_time(cases: int, cores: set[int]) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as folder, ResultStore(Path(folder) / "results.sqlite") as store:
         began = time.perf_counter()
         with local_pool() as pool:
-            run_cases(sweep.cases(), pool, store, told=lambda: memory.append(_peak_memory_mb()))
+            run_cases(sweep.cases(), pool, store, on_finished=lambda: memory.append(_peak_memory_mb()))
         return time.perf_counter() - began, memory[-1] - memory[min(WARM, len(memory) - 1)]
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from haul_ros.analysis.history import read_history
-from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure, save_png
+from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure
+from haul_ros.analysis.plotting import save_png
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
-from haul_ros.analysis.tables import parquet_available, peak_table, write_csv, write_parquet
+from haul_ros.analysis.tables import peak_table, write_table
 from haul_ros.errors import HaulError
 from haul_ros.recording.reader import Recording
 
@@ -56,15 +57,12 @@ def analyze(path: Path, folder: Path) -> Analysis:
     profile = profile_figure(scenario.consist, extremes, title)
     over_time = history_figure(scenario.consist, history, events, title)
 
-    files = [folder / "peaks.csv", folder / "profile.png", folder / "history.png"]
+    pictures = {folder / "profile.png": profile, folder / "history.png": over_time}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_csv(table, files[0])
-        save_png(profile, files[1])
-        save_png(over_time, files[2])
-        if parquet_available():
-            files.insert(1, folder / "peaks.parquet")
-            write_parquet(table, files[1])
+        files = write_table(table, folder / "peaks")
+        for picture, figure in pictures.items():
+            save_png(figure, picture)
     except OSError as error:
         raise AnalysisError(f"{error.filename or folder}: cannot be written: {error.strerror}") from error
-    return Analysis(summary, tuple(files))
+    return Analysis(summary, (*files, *pictures))

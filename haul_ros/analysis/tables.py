@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,10 @@ from haul_ros.model.sample import CouplerExtremes
 
 Table = Mapping[str, Sequence[object]]
 """Columns of equal length by name; the unit is the end of the name."""
+
+_Append = Callable[[Table], None]
+_BATCH = 50
+"""Pieces of a table that are in memory at a time."""
 
 
 def peak_table(consist: Consist, extremes: CouplerExtremes) -> Table:
@@ -43,13 +49,26 @@ def peak_table(consist: Consist, extremes: CouplerExtremes) -> Table:
     }
 
 
-def write_csv(table: Table, path: Path) -> None:
-    """Write a table as CSV (RFC 4180), numbers to nine significant digits."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(table)
-        for row in zip(*table.values(), strict=True):
-            writer.writerow(f"{value:.9g}" if isinstance(value, float) else value for value in row)
+def write_table(table: Table, stem: Path) -> list[Path]:
+    """Write ``stem.csv``, and ``stem.parquet`` if pyarrow is installed; returns the files."""
+    return write_pieces([table], stem)
+
+
+def write_pieces(pieces: Iterable[Table], stem: Path) -> list[Path]:
+    """Write one or more tables of the same columns below one another, few in memory at a time; files as `write_table`.
+
+    CSV (RFC 4180) has numbers to nine significant digits, Parquet in full.
+    """
+    formats: dict[str, Callable[[Path], AbstractContextManager[_Append]]] = {"csv": _csv_file}
+    if parquet_available():
+        formats["parquet"] = _parquet_file
+    files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in formats]
+    with ExitStack() as stack:
+        appends = [stack.enter_context(opened(file)) for opened, file in zip(formats.values(), files, strict=True)]
+        for batch in _batches(iter(pieces)):
+            for append in appends:
+                append(batch)
+    return files
 
 
 def parquet_available() -> bool:
@@ -57,9 +76,38 @@ def parquet_available() -> bool:
     return find_spec("pyarrow") is not None
 
 
-def write_parquet(table: Table, path: Path) -> None:
-    """Write a table as Parquet, numbers in full; needs pyarrow."""
+def _batches(pieces: Iterator[Table]) -> Iterator[Table]:
+    while batch := list(islice(pieces, _BATCH)):
+        yield {name: [value for table in batch for value in table[name]] for name in batch[0]}
+
+
+@contextmanager
+def _csv_file(path: Path) -> Iterator[_Append]:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream)
+
+        def append(table: Table) -> None:
+            if stream.tell() == 0:
+                writer.writerow(table)
+            rows = zip(*table.values(), strict=True)
+            writer.writerows([f"{value:.9g}" if isinstance(value, float) else value for value in row] for row in rows)
+
+        yield append
+
+
+@contextmanager
+def _parquet_file(path: Path) -> Iterator[_Append]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    pq.write_table(pa.table({name: list(column) for name, column in table.items()}), path)
+    with ExitStack() as stack:
+        writer = None
+
+        def append(table: Table) -> None:
+            nonlocal writer
+            rows = pa.table({name: list(column) for name, column in table.items()})
+            if writer is None:
+                writer = stack.enter_context(pq.ParquetWriter(path, rows.schema))
+            writer.write_table(rows)
+
+        yield append

@@ -33,8 +33,8 @@ def study(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.output or Path(f"{sweep.name}_study")
     hidden = arguments.quiet or not sys.stderr.isatty()
     with interruption() as interrupted, tqdm(total=len(sweep), unit="case", leave=False, disable=hidden) as bar:
-        outcome = run_study(sweep, folder, open_pool, told=bar.update, stop=interrupted)
-    _tell(arguments, outcome, folder)
+        outcome = run_study(sweep, folder, open_pool, on_finished=bar.update, stop=interrupted)
+    _report(arguments, outcome, folder)
     return 0 if outcome.complete else 130
 
 
@@ -77,7 +77,7 @@ def _cores(jobs: int | None) -> AbstractContextManager[Pool]:
     return local_pool(jobs)
 
 
-def _tell(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> None:
+def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> None:
     if arguments.json:
         print(json.dumps(_json(outcome), indent=2))
     elif not arguments.quiet:

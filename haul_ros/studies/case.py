@@ -8,6 +8,8 @@ import math
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,24 +22,29 @@ from haul_ros.physics.kernel._jit import source_digest
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
-_LOOK_EVERY = 1.0
-"""Simulation time [s] between two looks whether the train stands: extremes are kept by every time step anyway."""
+_CHECK_EVERY = 1.0
+"""Simulation time [s] between two checks whether the train stands: extremes are kept by every time step anyway."""
 _HARDEST_STOP = 2.0
-"""Deceleration [m/s^2] that trains do not reach: looks before a stop is possible would only cost time."""
+"""Deceleration [m/s^2] that trains do not reach: checks before a stop is possible would only cost time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """A run to be made.
 
-    ``overrides`` are those of `load_scenario`; ``values`` is what tells this case from the others
-    of its study, by column name.
+    ``name`` is for people. ``overrides`` are those of `load_scenario`; ``values`` is what tells this
+    case from the others of its study, by column name.
     """
 
     name: str
     scenario: str
     overrides: Mapping[str, object]
     values: Mapping[str, object]
+
+    @property
+    def scenario_name(self) -> str:
+        """The name of a shipped scenario, or of a file without its ending."""
+        return Path(self.scenario).stem
 
     def load(self) -> Scenario:
         """The scenario of this case.
@@ -55,7 +62,7 @@ class CaseResult:
     """What a run gave, in SI units.
 
     ``geared`` (n_couplers,) is false for rigid drawbars; ``locomotives`` are vehicle indices;
-    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is the way of the head.
+    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is how far the head went.
     """
 
     extremes: CouplerExtremes
@@ -78,7 +85,7 @@ class CaseResult:
 
     @property
     def position(self) -> FloatArray:
-        """Place of each coupler along the train (n_couplers,): j/N for the j-th of N vehicles."""
+        """Position of each coupler along the train (n_couplers,): j/N for the j-th of N vehicles."""
         n = len(self.geared) + 1
         return np.arange(1, n) / n
 
@@ -125,6 +132,17 @@ class CaseResult:
             raise ValueError(f"not a result: {error}") from error
 
 
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Finished(Generic[Result]):
+    """A case and what it gave: a `CaseResult` if it was simulated."""
+
+    case: Case
+    result: Result
+
+
 def key(scenario: Scenario) -> str:
     """What a run depends on, as a digest: the complete scenario, the version of this package and its kernel."""
     return hashlib.sha256(f"{__version__}\n{source_digest()}\n{scenario.document}".encode()).hexdigest()
@@ -141,7 +159,7 @@ def simulate(scenario: Scenario) -> CaseResult:
     session = Session(scenario, play_commands=True)
     speed = scenario.initial_speed
     while not session.finished:
-        ahead = min(max(_LOOK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
+        ahead = min(max(_CHECK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
         speed = float(session.advance(max(1, math.ceil(ahead / scenario.time_step))).speed.max())
     stop_time = session.stop_time
     return CaseResult(

@@ -14,6 +14,7 @@ from haul_ros.scenario.document import Document
 from haul_ros.scenario.schema import check
 from haul_ros.scenario.yaml_file import parse_yaml, read_yaml
 from haul_ros.studies.errors import StudyError
+from haul_ros.studies.kinds.table import KINDS
 from haul_ros.studies.sweep import Axis, Draw, PaperValues, Sweep, list_axis, range_values, variants_axis
 
 SCHEMA = "study.schema.json"
@@ -47,7 +48,7 @@ def load_study(name_or_path: str) -> Sweep:
     if data.get("draw") == {}:
         raise document.error(("draw",), "is empty, expected KEY: {uniform: [LOW, HIGH]} or {normal: [MEAN, SD]}")
     try:
-        return Sweep(
+        study = Sweep(
             name=path.stem,
             description=data.get("description", ""),
             scenarios=_scenarios(data, path.parent),
@@ -56,11 +57,16 @@ def load_study(name_or_path: str) -> Sweep:
             draws=tuple(_draw(key, entry) for key, entry in data.get("draw", {}).items()),
             samples=data.get("samples", 0),
             seed=data.get("seed", 0),
-            paper={case: _paper(entry) for case, entry in data.get("paper", {}).items()},
-            shipped=path in shipped.values(),
+            paper=tuple(map(_paper, data.get("paper", []))),
+            kind=data.get("kind", "sweep"),
         )
+        KINDS[study.kind].check(study)
     except StudyError as error:
         raise StudyError(f"{path}: {error}") from error
+    for number, values in enumerate(study.paper):
+        if not any(map(values.fits, study.cases())):
+            raise document.error(("paper", number, "where"), "no case of this study has these values")
+    return study
 
 
 def _scenarios(data: Mapping[str, Any], folder: Path) -> tuple[str, ...]:
@@ -86,8 +92,9 @@ def _draw(key: str, entry: Mapping[str, Sequence[float]]) -> Draw:
     return Draw(key, distribution, (float(first), float(second)))
 
 
-def _paper(entry: Mapping[str, float]) -> PaperValues:
+def _paper(entry: Mapping[str, Any]) -> PaperValues:
     return PaperValues(
+        where=entry.get("where", {}),
         force=entry["force_kN"] * 1e3 if "force_kN" in entry else None,
         stroke=entry["stroke_mm"] / 1e3 if "stroke_mm" in entry else None,
         position=entry.get("position"),

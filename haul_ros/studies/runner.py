@@ -13,7 +13,7 @@ from haul_ros.studies.pools import Pool
 from haul_ros.studies.store import ResultStore
 
 _WAKE = 0.2
-"""Wall time [s] between two looks whether to stop."""
+"""Wall time [s] between two checks whether to stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class _Work:
 
     pool: Pool
     store: ResultStore
-    told: Callable[[], None]
+    on_finished: Callable[[], None]
     running: dict[Future[CaseResult], tuple[str, list[str]]] = field(default_factory=dict)
 
     def hand_out(self, case: Case, digest: str, submit: Callable[[], Future[CaseResult]]) -> None:
@@ -38,7 +38,7 @@ class _Work:
         if same is not None:
             same.append(case.name)
         elif digest in self.store:
-            self.told()
+            self.on_finished()
         else:
             self.running[submit()] = (digest, [case.name])
 
@@ -54,7 +54,7 @@ class _Work:
             except CancelledError as error:
                 raise StudyError(f"case {names[0]}: was given up: the connection to the scheduler is lost") from error
             for _name in names:
-                self.told()
+                self.on_finished()
 
     def withdraw(self) -> None:
         """Take back what nobody has begun."""
@@ -67,12 +67,12 @@ def run_cases(
     pool: Pool,
     store: ResultStore,
     *,
-    told: Callable[[], None] = lambda: None,
+    on_finished: Callable[[], None] = lambda: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Done]:
     """Run the cases that the store does not have; returns those that it has then, in order.
 
-    ``told`` is called for each finished case. When ``stop`` becomes true no further case begins, and
+    ``on_finished`` is called for each finished case. When ``stop`` becomes true no further case begins, and
     those under way are finished and kept. Results do not depend on the pool, bit for bit.
 
     Raises
@@ -81,7 +81,7 @@ def run_cases(
         A case cannot be loaded or run, the store cannot be written, or the cluster is lost; what was
         finished before is kept.
     """
-    work = _Work(pool, store, told)
+    work = _Work(pool, store, on_finished)
     asked: list[Done] = []
     try:
         for case in cases:

@@ -52,7 +52,7 @@ class ResultStore:
             raise StudyError(f"{self._path}: damaged ({error}): delete it to run all cases again") from error
 
     def add(self, key: str, name: str, result: CaseResult) -> None:
-        """Keep a result; the name is for people that look into the file."""
+        """Keep a result; the name is for people who open the file."""
         with self._errors(), self._database:
             self._database.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (key, name, result.to_bytes()))
 

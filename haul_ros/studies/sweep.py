@@ -23,7 +23,7 @@ _CHECK_ALL = 32
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One place on an axis: how it is called in names of cases, its columns in tables, and what it sets."""
+    """One point of an axis: how it is called in names of cases, its columns in tables, and what it sets."""
 
     name: str
     values: Mapping[str, object]
@@ -32,10 +32,20 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """What is varied in one direction."""
+    """What is varied in one direction; the values of each point have one under the name of the axis."""
 
     name: str
     points: tuple[Point, ...]
+
+    @property
+    def plain(self) -> int | None:
+        """Index of the one point that sets nothing, to compare the others with; None if there is no such one."""
+        plain = [number for number, point in enumerate(self.points) if not point.overrides]
+        return plain[0] if len(plain) == 1 else None
+
+    def index(self, case: Case) -> int:
+        """Index of the point at which a case lies."""
+        return [point.values[self.name] for point in self.points].index(case.values[self.name])
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +68,16 @@ class Draw:
 
 @dataclass(frozen=True, slots=True)
 class PaperValues:
-    """What the text of the paper says on a case, None where it says nothing: [N], [m], j/N."""
+    """What the text of the paper says on the cases of certain values, None where it says nothing: [N], [m], j/N."""
 
+    where: Mapping[str, object] = field(default_factory=dict)
     force: float | None = None
     stroke: float | None = None
     position: float | None = None
+
+    def fits(self, case: Case) -> bool:
+        """Whether the case has the values of ``where``."""
+        return all(name in case.values and case.values[name] == value for name, value in self.where.items())
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +85,7 @@ class Sweep:
     """The cases of a study: every scenario with every combination of points, each with every random sample.
 
     The first n of more samples are those of n samples, and the samples are the same in all combinations.
-    ``shipped`` studies have a figure and findings of their own, by name.
+    ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`).
     """
 
     name: str
@@ -81,8 +96,8 @@ class Sweep:
     draws: tuple[Draw, ...] = ()
     samples: int = 0
     seed: int = 0
-    paper: Mapping[str, PaperValues] = field(default_factory=dict)
-    shipped: bool = False
+    paper: tuple[PaperValues, ...] = ()
+    kind: str = "sweep"
 
     def __len__(self) -> int:
         return len(self.scenarios) * math.prod(len(axis.points) for axis in self.axes) * max(self.samples, 1)
@@ -96,6 +111,10 @@ class Sweep:
                     yield self._case(scenario, points)
                 for number, row in enumerate(samples):
                     yield self._case(scenario, points, (_sample_point(number + 1, self.draws, row),))
+
+    def paper_values(self, case: Case) -> PaperValues:
+        """What the paper says on a case: the first that fits."""
+        return next((values for values in self.paper if values.fits(case)), PaperValues())
 
     def check(self) -> None:
         """Refuse what cannot be, before anything runs: loads the points of every axis, the others at their first.

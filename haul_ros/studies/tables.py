@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack
-from itertools import islice
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 
-from haul_ros.analysis.tables import Table, parquet_available, write_csv, write_parquet
+from haul_ros.analysis.tables import Table
 from haul_ros.model.sample import FloatArray
-from haul_ros.studies.case import Case, CaseResult
+from haul_ros.studies.case import CaseResult, Finished
 from haul_ros.studies.sweep import PaperValues
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Of the cases, at each coupler; 0 and 1 are the smallest and the largest."""
 
-_BATCH = 50
-"""Cases whose profiles are in memory at a time."""
 
-
-def case_row(case: Case, result: CaseResult, paper: PaperValues) -> dict[str, object]:
+def case_row(finished: Finished[CaseResult], paper: PaperValues) -> dict[str, object]:
     """The peaks of one case over the whole train, and what the paper's text says (None: nothing)."""
+    case, result = finished.case, finished.result
     extremes, position = result.extremes, result.position
     return {
         "case": case.name,
-        "scenario": Path(case.scenario).stem,
+        "scenario": case.scenario_name,
         **case.values,
         "max_force_kN": float(result.force.max()) / 1e3,
         "max_force_position": float(position[result.force.argmax()]),
@@ -62,11 +56,12 @@ def _alike(values: list[object]) -> list[object]:
     return [None if value is None else str(value) for value in values]
 
 
-def profile_table(case: Case, result: CaseResult) -> Table:
+def profile_table(finished: Finished[CaseResult]) -> Table:
     """One row per coupler from the head: largest forces and strokes, as magnitudes."""
+    result = finished.result
     n = len(result.geared)
     return {
-        "case": [case.name] * n,
+        "case": [finished.case.name] * n,
         "coupler": list(range(1, n + 1)),
         "position": result.position.tolist(),
         "rigid": (~result.geared).tolist(),
@@ -86,43 +81,3 @@ def quantile_table(forces: FloatArray, position: FloatArray) -> Table:
         "position": position.tolist(),
         **{f"force_quantile_{q:g}_kN": row.tolist() for q, row in zip(QUANTILES, found, strict=True)},
     }
-
-
-def write_table(table: Table, stem: Path) -> list[Path]:
-    """Write ``stem.csv``, and ``stem.parquet`` if pyarrow is installed; returns the files."""
-    files = [stem.with_name(f"{stem.name}.csv")]
-    write_csv(table, files[0])
-    if parquet_available():
-        files.append(stem.with_name(f"{stem.name}.parquet"))
-        write_parquet(table, files[1])
-    return files
-
-
-def write_profiles(profiles: Iterable[Table], stem: Path) -> list[Path]:
-    """Write tables of the same columns below one another, few in memory at a time; files as `write_table`."""
-    files = [stem.with_name(f"{stem.name}.csv")]
-    iterator = iter(profiles)
-    with ExitStack() as stack:
-        stream = stack.enter_context(files[0].open("w", encoding="utf-8", newline=""))
-        writer = csv.writer(stream)
-        parquet = None
-        for batch in _batches(iterator):
-            if stream.tell() == 0:
-                writer.writerow(batch)
-            rows = zip(*batch.values(), strict=True)
-            writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
-            if parquet_available():
-                import pyarrow as pa
-                import pyarrow.parquet as pq
-
-                group = pa.table({name: list(column) for name, column in batch.items()})
-                if parquet is None:
-                    files.append(stem.with_name(f"{stem.name}.parquet"))
-                    parquet = stack.enter_context(pq.ParquetWriter(files[1], group.schema))
-                parquet.write_table(group)
-    return files
-
-
-def _batches(profiles: Iterator[Table]) -> Iterator[Table]:
-    while batch := list(islice(profiles, _BATCH)):
-        yield {name: [value for table in batch for value in table[name]] for name in batch[0]}

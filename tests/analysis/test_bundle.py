@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from haul_ros.analysis import bundle
+from haul_ros.analysis import tables
 from haul_ros.analysis.bundle import AnalysisError, analyze, default_folder
 from haul_ros.errors import HaulError
 
@@ -26,7 +26,7 @@ def test_an_analysis_writes_its_tables_and_figures_into_a_new_folder(run: Record
 def test_without_pyarrow_everything_but_parquet_is_written(
     run: RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bundle, "parquet_available", lambda: False)
+    monkeypatch.setattr(tables, "parquet_available", lambda: False)
     result = analyze(run.path, tmp_path)
     assert [file.name for file in result.files] == ["peaks.csv", "profile.png", "history.png"]
     assert set(tmp_path.iterdir()) == set(result.files)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from haul_ros.analysis import bundle
+from haul_ros.analysis import tables
 from haul_ros.cli import analyze as analyze_module
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def test_json_has_the_numbers_and_the_files(recorded: Haul) -> None:
 
 
 def test_a_missing_parquet_file_is_explained(recorded: Haul, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (bundle, analyze_module):
+    for module in (tables, analyze_module):
         monkeypatch.setattr(module, "parquet_available", lambda: False)
     outcome = recorded("analyze", "run.mcap")
     assert outcome.status == 0

@@ -27,14 +27,14 @@ def test_a_sweep_prints_what_it_wrote(haul: Haul) -> None:
     assert Path("out/sweep.png").is_file()
 
 
-def test_json_tells_findings_and_files(haul: Haul) -> None:
+def test_json_has_findings_and_files(haul: Haul) -> None:
     arguments = ("--draw", "vehicles.C80.mass_t=normal(100,3)", "--samples", "3", "--seed", "2", "--json")
     outcome = haul(*SWEEP, *arguments)
-    told = json.loads(outcome.out)
-    assert (told["finished"], told["cases"]) == (3, 3)
-    assert told["claims"][0]["claim"] == "largest force"
-    assert all(Path(file).is_file() for file in told["files"])
-    assert "sweep_study/sweep_quantiles.csv" in told["files"]
+    printed = json.loads(outcome.out)
+    assert (printed["finished"], printed["cases"]) == (3, 3)
+    assert printed["claims"][0]["claim"] == "largest force"
+    assert all(Path(file).is_file() for file in printed["files"])
+    assert "sweep_study/sweep_quantiles.csv" in printed["files"]
 
 
 def test_a_named_study_says_whether_each_claim_holds(haul: Haul) -> None:

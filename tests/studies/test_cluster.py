@@ -79,19 +79,19 @@ def test_a_worker_is_killed_mid_sweep_and_nothing_is_lost(
     address = cluster.address()
     workers = [cluster.worker(), cluster.worker()]
     cases = speeds(24)
-    told: list[None] = []
+    finished: list[None] = []
 
     def count() -> None:
-        told.append(None)
-        if len(told) == 5:
+        finished.append(None)
+        if len(finished) == 5:
             workers[0].kill()
 
     with cluster_pool(address) as pool, ResultStore(tmp_path / "results.sqlite") as store:
-        done = run_cases(cases, pool, store, told=count)
+        done = run_cases(cases, pool, store, on_finished=count)
         found = [store[d.key].to_bytes() for d in done]
     assert workers[0].wait(10) != 0
     assert workers[1].poll() is None
-    assert len(told) == 24
+    assert len(finished) == 24
     assert found == [simulate(case.load()).to_bytes() for case in cases]
 
 

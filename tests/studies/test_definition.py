@@ -5,27 +5,32 @@ from pathlib import Path
 import pytest
 
 from haul_ros.errors import HaulError
-from haul_ros.studies.claims import JUDGES
 from haul_ros.studies.definition import free_sweep, load_study, parse_draw, parse_over, shipped_studies
 from haul_ros.studies.sweep import Draw
 
-NAMED = (
-    "validation", "distribution", "initial-speed", "synchronisation", "stiffness", "rigid-arms", "rigid-arm-map",
-    "vibration", "marshalling",
-)  # fmt: skip
-
-
-def test_the_named_studies_are_shipped() -> None:
-    assert set(NAMED) <= set(shipped_studies())
-    assert set(JUDGES) == set(NAMED) - {"vibration"}
+NAMED = {
+    "validation": "validation",
+    "distribution": "distribution",
+    "initial-speed": "initial_speed",
+    "synchronisation": "synchronisation",
+    "stiffness": "stiffness",
+    "rigid-arms": "rigid_arms",
+    "rigid-arm-map": "rigid_arm_map",
+    "vibration": "vibration",
+    "marshalling": "comparison",
+    "monte-carlo": "sweep",
+}
 
 
 @pytest.mark.parametrize("name", shipped_studies())
-def test_shipped_studies_can_be_loaded_and_their_paper_values_belong_to_their_cases(name: str) -> None:
+def test_shipped_studies_can_be_loaded_and_are_of_their_kind(name: str) -> None:
     study = load_study(name)
     study.check()
-    assert study.shipped
-    assert set(study.paper) <= {case.name for case in study.cases()}
+    assert study.kind == NAMED[name]
+
+
+def test_the_named_studies_are_shipped() -> None:
+    assert set(shipped_studies()) == set(NAMED)
 
 
 def test_a_study_file_has_lists_ranges_variants_and_draws(tmp_path: Path, short: str) -> None:
@@ -44,7 +49,7 @@ seed: 7
     study = load_study(str(tmp_path / "mine.yaml"))
     study.check()
     cases = list(study.cases())
-    assert (study.name, study.shipped, len(cases)) == ("mine", False, 2 * 3 * 2 * 2)
+    assert (study.name, study.kind, len(cases)) == ("mine", "sweep", 2 * 3 * 2 * 2)
     assert cases[0].scenario == short
     assert cases[-1].name == "initial_speed_kmh=30, vehicles.C80.mass_t=100, bad, sample 2"
     assert cases[-1].overrides["radio.default.delay_s"] == 2
@@ -67,6 +72,15 @@ seed: 7
         ("scenario: daqin_1_2_1\ndraw: {a: {}}\nsamples: 2", "needs either uniform or normal"),
         ("scenario: daqin_1_2_1\ndraw: {}\nsamples: 2", "draw: is empty"),
         ("scenario: daqin_1_2_1\nsweep: {}", "sweep"),
+        (
+            "kind: vibrations\nscenario: daqin_1_2_1",
+            "mine.yaml:1: kind = 'vibrations', must be sweep or comparison",
+        ),
+        ("scenario: daqin_1_2_1\npaper: {daqin_1_2_1: {force_kN: 700}}", "paper = a mapping, must be a list"),
+        (
+            "scenario: daqin_1_2_1\npaper:\n- {where: {x: 1}, force_kN: 7}",
+            "mine.yaml:3: paper.0.where: no case of",
+        ),
         ("scenario: [", "not valid YAML"),
     ],
 )
@@ -77,6 +91,24 @@ def test_study_files_that_cannot_be_are_refused_in_one_line(tmp_path: Path, text
         load_study(str(path))
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_what_the_paper_says_belongs_to_the_cases_of_its_values_and_the_first_that_fits_counts(
+    tmp_path: Path, short: str
+) -> None:
+    (tmp_path / "mine.yaml").write_text("""\
+scenario: short.yaml
+over:
+  radio: {good: {}, bad: {radio.default.delay_s: 2}}
+  initial_speed_kmh: [20, 30]
+paper:
+  - {where: {radio.default.delay_s: 2, initial_speed_kmh: 30.0}, force_kN: 700, position: 0.5}
+  - {where: {radio: good}, stroke_mm: 25}
+  - {force_kN: 600}
+""")
+    study = load_study(str(tmp_path / "mine.yaml"))
+    found = [(p.force, p.stroke, p.position) for p in map(study.paper_values, study.cases())]
+    assert found == [(None, 0.025, None), (None, 0.025, None), (600e3, None, None), (700e3, None, 0.5)]
 
 
 def test_the_study_in_the_readme_can_be_run(tmp_path: Path) -> None:

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, wait
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from haul_ros.model.scenario import Scenario
 from haul_ros.studies import runner
 from haul_ros.studies.case import Case, CaseResult, simulate
 from haul_ros.studies.errors import StudyError
@@ -21,6 +24,18 @@ def payloads(store: ResultStore, cases: list[Case]) -> list[bytes]:
         return [store[done.key].to_bytes() for done in run_cases(cases, pool, store)]
 
 
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
+    """The scenarios that are simulated from now on."""
+    run: list[Scenario] = []
+
+    def simulate_and_note(scenario: Scenario) -> CaseResult:
+        run.append(scenario)
+        return simulate(scenario)
+
+    monkeypatch.setattr(runner, "simulate", simulate_and_note)
+    return run
+
+
 def test_one_thread_and_several_give_the_same_bits_in_the_same_order(tmp_path: Path, speeds: Cases) -> None:
     found = []
     for jobs in (1, 4):
@@ -33,8 +48,7 @@ def test_one_thread_and_several_give_the_same_bits_in_the_same_order(tmp_path: P
 
 
 def test_finished_cases_are_not_run_again(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    run: list[object] = []
-    monkeypatch.setattr(runner, "simulate", lambda scenario: run.append(scenario) or simulate(scenario))
+    run = counted(monkeypatch)
     for count in (3, 5):
         with ResultStore(tmp_path / "results.sqlite") as store, local_pool(2) as pool:
             assert len(run_cases(speeds(count), pool, store)) == count
@@ -42,9 +56,11 @@ def test_finished_cases_are_not_run_again(tmp_path: Path, speeds: Cases, monkeyp
 
 
 def test_stopped_early_finished_cases_are_kept_and_no_further_one_begins(tmp_path: Path, speeds: Cases) -> None:
-    told: list[None] = []
+    finished: list[None] = []
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
-        done = run_cases(speeds(20), pool, store, told=lambda: told.append(None), stop=lambda: len(told) >= 3)
+        done = run_cases(
+            speeds(20), pool, store, on_finished=lambda: finished.append(None), stop=lambda: len(finished) >= 3
+        )
         assert 3 <= len(done) <= 6
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
         assert all(d.key in store for d in done)
@@ -52,29 +68,40 @@ def test_stopped_early_finished_cases_are_kept_and_no_further_one_begins(tmp_pat
 
 
 def test_equal_cases_are_run_once(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    run: list[object] = []
-    monkeypatch.setattr(runner, "simulate", lambda scenario: run.append(scenario) or simulate(scenario))
-    told: list[None] = []
+    run = counted(monkeypatch)
+    finished: list[None] = []
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(2) as pool:
-        assert len(run_cases(speeds(1) * 4, pool, store, told=lambda: told.append(None))) == 4
+        assert len(run_cases(speeds(1) * 4, pool, store, on_finished=lambda: finished.append(None))) == 4
     assert len(run) == 1
-    assert len(told) == 4
+    assert len(finished) == 4
 
 
-def test_no_more_cases_are_handed_out_than_there_is_room_for(tmp_path: Path, speeds: Cases) -> None:
-    class Counting(ThreadPoolExecutor):
-        waiting = most = 0
+class Held(Executor):
+    """Computes its oldest case when the runner waits, and nothing before: it never runs ahead of the runner."""
 
-        def submit(self, *arguments, **keywords):  # type: ignore[no-untyped-def]
-            self.waiting += 1
-            self.most = max(self.most, self.waiting)
-            future = super().submit(*arguments, **keywords)
-            future.add_done_callback(lambda _: setattr(self, "waiting", self.waiting - 1))
-            return future
+    def __init__(self) -> None:
+        self.held: list[tuple[Future[object], Callable[[], object]]] = []
+        self.most = 0
 
-    with ResultStore(tmp_path / "results.sqlite") as store, Counting(1) as executor:
-        run_cases(iter(speeds(12)), Pool(executor, 3), store)
-        assert executor.most == 3
+    def submit(self, function, /, *arguments, **keywords):  # type: ignore[no-untyped-def]
+        self.held.append((Future(), partial(function, *arguments, **keywords)))
+        self.most = max(self.most, len(self.held))
+        return self.held[-1][0]
+
+    def wait(self, *arguments: Any, **keywords: Any) -> object:
+        future, compute = self.held.pop(0)
+        future.set_result(compute())
+        return wait(*arguments, **keywords)
+
+
+def test_as_many_cases_are_handed_out_as_there_is_room_for_and_no_more(
+    tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    executor = Held()
+    monkeypatch.setattr(runner, "wait", executor.wait)
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        assert len(run_cases(iter(speeds(12)), Pool(executor, 3), store)) == 12
+    assert executor.most == 3
 
 
 def test_a_case_that_cannot_run_is_named_and_the_others_are_kept(tmp_path: Path, speeds: Cases, short: str) -> None:

@@ -6,16 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from haul_ros.analysis.tables import write_pieces, write_table
 from haul_ros.scenario import load_scenario
-from haul_ros.studies.case import Case, simulate
+from haul_ros.studies.case import Case, Finished, simulate
 from haul_ros.studies.sweep import PaperValues
-from haul_ros.studies.tables import case_row, columns, profile_table, quantile_table, write_profiles, write_table
+from haul_ros.studies.tables import case_row, columns, profile_table, quantile_table
 
 
 def test_a_row_holds_the_peaks_of_the_case_in_field_units_and_the_paper_s_numbers(short: str) -> None:
     case = Case("a", short, {}, {"initial_speed_kmh": 30})
     result = simulate(load_scenario(short))
-    row = case_row(case, result, PaperValues(force=700e3))
+    row = case_row(Finished(case, result), PaperValues(force=700e3))
     assert row["scenario"] == "short"
     assert row["initial_speed_kmh"] == 30
     assert row["max_force_kN"] == max(result.extremes.compression.max(), result.extremes.tension.max()) / 1e3
@@ -32,8 +33,8 @@ def test_columns_fill_gaps_and_turn_unlike_values_into_text() -> None:
 def test_profiles_are_the_same_in_csv_and_parquet(tmp_path: Path, short: str) -> None:
     pq = pytest.importorskip("pyarrow.parquet")
     result = simulate(load_scenario(short))
-    tables = [profile_table(Case(f"case {n}", short, {}, {}), result) for n in range(120)]
-    files = write_profiles(iter(tables), tmp_path / "profiles")
+    tables = [profile_table(Finished(Case(f"case {n}", short, {}, {}), result)) for n in range(120)]
+    files = write_pieces(iter(tables), tmp_path / "profiles")
     assert [file.name for file in files] == ["profiles.csv", "profiles.parquet"]
     rows = list(csv.DictReader(files[0].open(encoding="utf-8")))
     parquet = pq.read_table(files[1])
