@@ -8,7 +8,7 @@ from setuptools import find_packages, setup
 NAME = "haul_ros"
 HERE = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 SHARE = f"share/{NAME}"
-VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "__init__.py").read_text(encoding="utf-8")).group(1)
+VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_text(encoding="utf-8")).group(1)
 
 
 def config_files():

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from haul_ros.recording.writer import McapRecorder
-from haul_ros.scenario import load_scenario, load_scenario_text
+import haul_ros
+from haul_ros.scenario import load_scenario_text
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -36,18 +36,19 @@ def test_get_started_begins_with_two_bash_blocks_of_one_existing_command_each() 
 def test_python_in_the_readme_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     simulate, read = blocks("python")
     exec(simulate, {})
-    assert re.fullmatch(r"\d+\.\d+ kN\n", capsys.readouterr().out)
+    force, tension = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"\d+\.\d+ kN", force)
+    assert re.fullmatch(r"CouplerPeak\(value=\d+\..*", tension)
 
-    scenario = load_scenario("daqin_1_2_1")
-    from haul_ros.messages.encoder import TelemetryEncoder
-    from haul_ros.simulation.session import Session
-
-    encoder = TelemetryEncoder(scenario.consist)
-    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
-        recorder.put(encoder.sample(Session(scenario).sample()), 0)
+    session = haul_ros.Session(haul_ros.load_scenario("daqin_1_2_1"))
+    encoder = haul_ros.TelemetryEncoder(session.consist)
+    with haul_ros.McapRecorder(tmp_path / "run.mcap", session.scenario, encoder.channels) as recorder:
+        recorder.put(encoder.messages(session.take_log()), 0)
     namespace: dict[str, object] = {}
     exec(read.replace("run.mcap", str(tmp_path / "run.mcap")), namespace)
     assert namespace["couplers"].force.shape == (1, 207)  # type: ignore[attr-defined]
+    assert namespace["vehicles"].chainage.shape == (1, 208)  # type: ignore[attr-defined]
+    assert namespace["largest"].compression.shape == (207,)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("picture", re.findall(r"!\[.*?\]\((.*?)\)", README))

@@ -93,8 +93,8 @@ def peak(consist: Consist, values: FloatArray, times: FloatArray | None = None) 
     )
 
 
-def summarize_session(session: Session, wall_time: float) -> RunSummary:
-    """Summary of a session as it stands after ``wall_time`` [s] of computing."""
+def summarize_session(session: Session, wall_time: float | None = None) -> RunSummary:
+    """Summary of a session as it stands, after ``wall_time`` [s] of computing (None: not measured)."""
     return _summary(
         session.scenario,
         session.extremes(),
@@ -105,7 +105,7 @@ def summarize_session(session: Session, wall_time: float) -> RunSummary:
         distance=session.travelled,
         energy=session.energy(),
         solver=session.status().solver,
-        real_time_factor=session.time / wall_time if wall_time > 0.0 else None,
+        real_time_factor=session.time / wall_time if wall_time else None,
     )
 
 

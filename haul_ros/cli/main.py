@@ -10,8 +10,8 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import NoReturn
 
-from haul_ros import __version__
 from haul_ros.errors import HaulError
+from haul_ros.version import __version__
 
 USER_ERROR = 2
 INTERRUPTED = 130

@@ -8,7 +8,6 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,6 +19,7 @@ from haul_ros.messages.channels import Channel, ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
+from haul_ros.version import __version__
 
 ACTIVE_SUFFIX = ".active"
 """Added to the name of a file as long as it is being written."""
@@ -32,14 +32,6 @@ CHUNK_SIZE = 1024 * 1024
 """Bytes before compression: large enough to be read fast, small enough to be written in a few milliseconds."""
 
 
-def package_version() -> str:
-    """Version of the installed package, or ``unknown`` when it runs from its sources."""
-    try:
-        return version("haul_ros")
-    except PackageNotFoundError:
-        return "unknown"
-
-
 def recovery_hint(path: Path) -> str:
     """The command that makes a whole file of an unfinished or damaged one."""
     target = path.with_suffix("") if path.suffix == ACTIVE_SUFFIX else path.with_stem(f"{path.stem}_recovered")
@@ -49,7 +41,7 @@ def recovery_hint(path: Path) -> str:
 def description_of(scenario: Scenario, channels: ChannelTable, compression: str) -> dict[str, str]:
     """What a recording says of its run."""
     return {
-        "version": package_version(),
+        "version": __version__,
         "scenario": scenario.name,
         "description": scenario.description,
         "time_step": repr(scenario.time_step),

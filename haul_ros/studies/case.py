@@ -14,13 +14,13 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from haul_ros import __version__
 from haul_ros.analysis.envelopes import largest_force
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.kernel._jit import source_digest
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
+from haul_ros.version import __version__
 
 _CHECK_EVERY = 1.0
 """Simulation time [s] between two checks whether the train stands: extremes are kept by every time step anyway."""

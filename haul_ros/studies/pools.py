@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from haul_ros import __version__
 from haul_ros.studies.errors import StudyError
+from haul_ros.version import __version__
 
 CONNECT_TIMEOUT = 10.0
 """Wall time [s] to wait for a scheduler, and then for a first worker."""

@@ -114,6 +114,7 @@ RATES = SimpleNamespace(
 )
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("fraction", "target", "latched", "elapsed", "expected"),
     [

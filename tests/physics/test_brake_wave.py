@@ -100,6 +100,7 @@ def test_thousands_of_waves_at_once_leave_what_the_last_of_them_asks_for() -> No
     np.testing.assert_allclose(_fractions(train), 0.8, rtol=1e-12)
 
 
+@pytest.mark.interpreted
 def test_of_two_waves_that_arrive_within_one_step_the_later_prevails() -> None:
     train = _train()
     # Both arrive within the step from 0 to 1 ms.

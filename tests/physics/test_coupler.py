@@ -53,6 +53,7 @@ def _shaken_train(gear: DraftGear, n: int = 5) -> TrainModel:
     return model(train_of([vehicle()] * n, gear), speeds, time_step=5e-4)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", GEARS)
 def test_every_force_is_that_of_the_velocity_method(name: str) -> None:
     train = _shaken_train(GEARS[name])
@@ -68,6 +69,7 @@ def test_every_force_is_that_of_the_velocity_method(name: str) -> None:
     assert train.statistics().unconverged_steps == 0
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", GEARS)
 def test_the_tangent_is_the_derivative_of_the_force_by_the_stroke_rate_at_the_end_of_the_step(name: str) -> None:
     time_step, change = 2e-3, 1e-7
@@ -133,6 +135,7 @@ def _half_swing(gear_stiffness: float, mass: float, n_steps: int) -> float:
     return 2.0 / omega * float(np.tan(np.pi / (2 * n_steps)))
 
 
+@pytest.mark.interpreted
 def test_two_equal_masses_in_an_elastic_collision_swap_their_velocities_exactly() -> None:
     time_step = _half_swing(3e7, 100e3, 100)
     train = model(train_of([vehicle()] * 2, linear_gear(3e7, 3e7)), [1.0, 2.5], time_step=time_step)
@@ -142,6 +145,7 @@ def test_two_equal_masses_in_an_elastic_collision_swap_their_velocities_exactly(
     assert_converged(train)
 
 
+@pytest.mark.interpreted
 def test_two_unequal_masses_part_at_the_velocities_of_an_elastic_collision() -> None:
     m1, m2, v1, v2 = 184e3, 100e3, 0.5, 2.0
     omega = np.sqrt(3e7 * (1.0 / m1 + 1.0 / m2))
@@ -172,6 +176,7 @@ def test_a_collision_far_below_the_transition_speed_is_elastic() -> None:
     assert _restitution(gear) == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.interpreted
 def test_in_its_slack_a_coupler_bears_nothing_and_the_masses_keep_their_velocities() -> None:
     gear = replace(linear_gear(3e7, 9e6), slack=0.05)
     train = model(train_of([vehicle()] * 2, gear), [1.0, 1.5])
@@ -189,6 +194,7 @@ def _extremes_by_hand(samples: list[Sample]) -> tuple[np.ndarray, np.ndarray, np
     return force.max(axis=0), -force.min(axis=0), stroke.max(axis=0), -stroke.min(axis=0)
 
 
+@pytest.mark.interpreted
 def test_running_extremes_are_those_of_every_step_with_their_times() -> None:
     train = _shaken_train(GEARS["asymmetric"])
     samples = history(train, 2000)
@@ -204,6 +210,7 @@ def test_running_extremes_are_those_of_every_step_with_their_times() -> None:
     np.testing.assert_allclose(extremes.tension_time, times[force.argmin(axis=0)], rtol=1e-12)
 
 
+@pytest.mark.interpreted
 def test_a_gear_that_closes_fully_is_reported_with_the_time_when_it_first_did() -> None:
     gear = replace(GEARS["bottoming"], slack=0.01)
     train = model(train_of([vehicle()] * 3, gear), [1.0, 1.0, 3.0])
@@ -212,12 +219,14 @@ def test_a_gear_that_closes_fully_is_reported_with_the_time_when_it_first_did() 
     assert train.extremes().bottomed_time[1] == pytest.approx(closed[0])
 
 
+@pytest.mark.interpreted
 def test_a_gear_that_never_closes_has_no_time_of_it() -> None:
     train = model(train_of([vehicle()] * 3, GEARS["bottoming"]), [1.0, 1.0, 1.1])
     train.advance(2000)
     assert np.isnan(train.extremes().bottomed_time).all()
 
 
+@pytest.mark.interpreted
 def test_strokes_are_positive_in_buff_and_agree_with_chainages() -> None:
     train = _shaken_train(GEARS["stiffnesses"])
     for sample in history(train, 500, every=50):

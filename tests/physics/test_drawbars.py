@@ -51,6 +51,7 @@ def test_vehicles_on_drawbars_move_as_one() -> None:
     assert len(np.unique(train.speed)) == 4
 
 
+@pytest.mark.interpreted
 def test_each_member_of_a_lump_brakes_when_the_wave_reaches_itself() -> None:
     train = _train(None)
     offsets = np.cumsum([v.length for v in VEHICLES]) - np.array([v.length for v in VEHICLES]) / 2.0
@@ -72,6 +73,7 @@ def _net_outer_force(train: TrainModel, i: int) -> float:
     return -float(sample.brake_force[i]) - weight * (drag + _at(TRACK.grades, chainage))
 
 
+@pytest.mark.interpreted
 def test_bar_forces_hold_the_members_behind_them_in_equilibrium() -> None:
     train = _train(None)
     for _ in range(20):
@@ -107,6 +109,7 @@ def test_a_train_of_drawbars_alone_is_one_mass() -> None:
     assert abs(energy_balance(train).relative_imbalance) < 1e-9
 
 
+@pytest.mark.interpreted
 def test_bars_of_a_standing_lump_pass_on_what_pulls_at_it() -> None:
     # 20 kN of traction on the first of three: each member holds a third of it, the bars pass on the rest.
     lump = [vehicle(resistance=WAGON_RESISTANCE, tractive_effort=600e3), WAGON, WAGON]

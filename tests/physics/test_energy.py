@@ -72,6 +72,7 @@ def test_a_release_and_another_application_keep_the_balance() -> None:
     assert abs(energy_balance(train).relative_imbalance) < 1e-9
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("speed", [5.0, 5.03, -5.07])
 def test_the_step_in_which_a_wagon_comes_to_rest_is_balanced_too(speed: float) -> None:
     # Steps of 0.1 s leave up to 200 J to that step, which the mean friction force over it has to take.
@@ -84,6 +85,7 @@ def test_the_step_in_which_a_wagon_comes_to_rest_is_balanced_too(speed: float) -
     assert abs(balance.imbalance) < 0.05
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("n_steps", [0, 100])
 def test_a_train_without_any_friction_starts_from_rest_with_a_balance(n_steps: int) -> None:
     # A scenario may give a vehicle no resistance at all.

@@ -48,6 +48,7 @@ def test_every_kind_of_data_has_its_rows_once() -> None:
     assert len(kinds) == len(Train._fields) - 4  # settings, counters, waves and mass_index are not rows
 
 
+@pytest.mark.interpreted
 def test_python_and_the_kernel_name_the_same_rows() -> None:
     train = model(train_of([vehicle()] * 4, linear_gear()), 10.0)
     blocks = train._blocks
@@ -60,6 +61,7 @@ def test_python_and_the_kernel_name_the_same_rows() -> None:
             assert ours.__array_interface__ == theirs.__array_interface__, f"{name}.{field}"
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", ["vehicle_parameters", "mass_parameters", "gear_parameters", "hinges", "members"])
 def test_parameters_cannot_be_written_after_assembly(name: str) -> None:
     for row in getattr(model(train_of([vehicle()] * 3, linear_gear()), 10.0).train, name):
@@ -74,6 +76,7 @@ def test_the_rows_of_a_train_do_not_overlap() -> None:
     assert all(start + size <= after for (start, size), (after, _) in pairwise(spans))
 
 
+@pytest.mark.interpreted
 def test_no_step_is_no_change() -> None:
     train = model(train_of([vehicle()] * 4, linear_gear(3e7, 9e6)), [10.0, 11.0, 10.0, 9.0])
     train.advance(50)

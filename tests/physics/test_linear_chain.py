@@ -63,6 +63,7 @@ def _modal_displacements(time: float) -> Floats:
     return np.asarray(shapes @ (time * np.sinc(omega * time / np.pi) * (shapes.T @ (MASSES * SPEEDS))))
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("time_step", [1e-3, 10e-3, 100e-3])
 def test_a_linear_chain_follows_the_exact_solution_of_newmark_s_equations(time_step: float) -> None:
     train = _chain(time_step)

@@ -22,6 +22,7 @@ def _single(speed: float, track: Track | None = None) -> TrainModel:
     return model(train_of([WAGON], linear_gear()), speed, track=track)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("kmh", [0.5, 5.0, 9.99, 10.01, 40.0, 80.0, 100.0])
 def test_a_coasting_wagon_decelerates_by_its_specific_resistance(kmh: float) -> None:
     train = _single(kmh / 3.6)
@@ -30,6 +31,7 @@ def test_a_coasting_wagon_decelerates_by_its_specific_resistance(kmh: float) -> 
     assert train.acceleration[0] == pytest.approx(-G * wagon_resistance(float(train.speed[0])), rel=RESIDUAL)
 
 
+@pytest.mark.interpreted
 def test_resistance_opposes_a_train_that_runs_backwards() -> None:
     train = _single(-10.0)
     train.advance(1000)
@@ -59,6 +61,7 @@ def _value(steps: tuple[tuple[float, float], ...], chainage: float) -> float:
     return next((value for start, value in reversed(steps) if chainage >= start), 0.0)
 
 
+@pytest.mark.interpreted
 def test_each_vehicle_takes_the_grade_and_the_curve_at_its_own_chainage() -> None:
     n = 8
     train = model(train_of([WAGON] * n, linear_gear()), 12.0, track=Track(START, GRADES, CURVES))

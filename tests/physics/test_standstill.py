@@ -119,6 +119,7 @@ def test_an_unbraked_train_starts_on_a_grade_above_its_starting_resistance(grade
         np.testing.assert_allclose(np.abs(train.acceleration), G * (3.6e-3 - wagon_resistance(0.0)), rtol=1e-6)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(("share", "starts"), [(0.99, False), (1.01, True)])
 def test_a_standing_wagon_starts_when_traction_exceeds_its_starting_resistance(share: float, starts: bool) -> None:
     train = model(train_of([WAGON], GEAR), 0.0)
@@ -155,6 +156,7 @@ def test_traction_that_starts_the_head_but_cannot_keep_the_train_in_motion_stret
     assert train.sample().coupler_force[0] < 0.0  # draft
 
 
+@pytest.mark.interpreted
 def test_a_train_that_never_moved_has_stopped_at_time_zero() -> None:
     train = _train()
     assert train.at_standstill

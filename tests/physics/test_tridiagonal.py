@@ -8,6 +8,7 @@ import pytest
 from haul_ros.physics.kernel.tridiagonal import solve_tridiagonal
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6, 7, 8, 9, 207, 208])
 def test_the_solution_is_that_of_a_dense_solver(n: int) -> None:
     random = np.random.default_rng(n)
@@ -22,6 +23,7 @@ def test_the_solution_is_that_of_a_dense_solver(n: int) -> None:
     np.testing.assert_allclose(solution, expected, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.interpreted
 def test_rows_that_are_cut_off_from_their_neighbours_are_solved_alone() -> None:
     diagonal = np.array([2.0, 1.0, 4.0, 1.0, 5.0])
     solution = np.array([2.0, 0.0, 8.0, 0.0, 10.0])
