@@ -45,9 +45,9 @@ def test_the_profile_shows_peaks_in_kilonewton_over_the_coupler_numbers(profile:
     lines = {str(line.get_label()): line for line in force.get_lines()}
     compression, tension = lines["compression (buff)"], lines["tension (draft)"]
     np.testing.assert_array_equal(compression.get_xdata(), np.arange(1, 22))
-    np.testing.assert_allclose(compression.get_ydata(), extremes.compression / 1e3)
-    np.testing.assert_allclose(tension.get_ydata(), extremes.tension / 1e3)
-    np.testing.assert_allclose(stroke.get_lines()[0].get_ydata(), extremes.compression_stroke * 1e3)
+    np.testing.assert_allclose(np.asarray(compression.get_ydata()), extremes.compression / 1e3)
+    np.testing.assert_allclose(np.asarray(tension.get_ydata()), extremes.tension / 1e3)
+    np.testing.assert_allclose(np.asarray(stroke.get_lines()[0].get_ydata()), extremes.compression_stroke * 1e3)
     assert force.get_ylabel().endswith("[kN]")
     assert stroke.get_ylabel().endswith("[mm]")
 
@@ -84,8 +84,8 @@ def test_the_history_has_symmetric_colours_and_the_head_on_top(history: Figure, 
 
 def test_the_history_marks_brake_events_at_their_time_and_locomotive(history: Figure) -> None:
     marks = {str(artist.get_label()): artist for artist in history.axes[0].collections}
-    assert marks["brake applied by a locomotive"].get_offsets().tolist() == [[0.5, 0.5], [1.5, 21.5]]
-    assert marks["brake released by a locomotive"].get_offsets().tolist() == [[3.0, 21.5]]
+    assert np.asarray(marks["brake applied by a locomotive"].get_offsets()).tolist() == [[0.5, 0.5], [1.5, 21.5]]
+    assert np.asarray(marks["brake released by a locomotive"].get_offsets()).tolist() == [[3.0, 21.5]]
 
 
 def test_the_history_shows_the_speed_of_head_and_tail_in_kilometres_per_hour(history: Figure) -> None:

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 def test_the_table_has_a_row_per_coupler_in_the_units_of_its_heads(scenario: Scenario, run: RecordedRun) -> None:
     extremes = run.session.extremes()
-    table = peak_table(scenario.consist, extremes)
+    table: Mapping[str, Any] = peak_table(scenario.consist, extremes)
     assert {len(column) for column in table.values()} == {21}
     assert table["coupler"][0] == "coupler_001"
     assert (table["vehicle_before"][0], table["vehicle_behind"][0]) == ("vehicle_001_SS4", "vehicle_002_C80")
@@ -32,7 +33,7 @@ def test_the_table_has_a_row_per_coupler_in_the_units_of_its_heads(scenario: Sce
 
 
 def test_csv_gives_the_table_back_to_nine_digits(scenario: Scenario, run: RecordedRun, tmp_path: Path) -> None:
-    table = peak_table(scenario.consist, run.session.extremes())
+    table: Mapping[str, Any] = peak_table(scenario.consist, run.session.extremes())
     write_csv(table, tmp_path / "peaks.csv")
     with (tmp_path / "peaks.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -44,6 +45,6 @@ def test_csv_gives_the_table_back_to_nine_digits(scenario: Scenario, run: Record
 @pytest.mark.skipif(not parquet_available(), reason="needs pyarrow")
 def test_parquet_gives_the_table_back_exactly(scenario: Scenario, run: RecordedRun, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
-    table = peak_table(scenario.consist, run.session.extremes())
+    table: Mapping[str, Any] = peak_table(scenario.consist, run.session.extremes())
     write_parquet(table, tmp_path / "peaks.parquet")
     assert parquet.read_table(tmp_path / "peaks.parquet").to_pydict() == table

@@ -34,17 +34,17 @@ def test_a_series_in_pieces_is_thinned_as_the_picture_of_the_whole_is(columns: i
     thinning = Thinning(100, columns)
     for start in range(0, 100, size):
         part = slice(start, start + size)
-        thinning.add(JointSeries(*(w if isinstance(w, tuple) else w[part] for w in _arrays(whole))))
+        thinning.add(
+            JointSeries(
+                whole.time_ns[part], whole.names, whole.position[part], whole.velocity[part], whole.effort[part]
+            )
+        )
     thinned = thinning.result()
     edges, force = force_history(whole, columns)
     np.testing.assert_array_equal(thinned.effort, force)
     np.testing.assert_array_equal(thinned.time_ns / 1e9, edges[:-1])
     np.testing.assert_array_equal(thinned.position * 2.0, force)
     np.testing.assert_array_equal(force_history(thinned, columns)[1], force)
-
-
-def _arrays(whole: JointSeries) -> tuple[object, ...]:
-    return whole.time_ns, whole.names, whole.position, whole.velocity, whole.effort
 
 
 def test_a_recording_thinned_piece_by_piece_keeps_its_peaks(run: RecordedRun) -> None:

@@ -38,8 +38,11 @@ def test_the_direction_of_the_largest_stroke_is_told(summary: RunSummary) -> Non
     ran = summarize_session(session, wall_time=1.0)
     assert ran.compression_stroke is not None
     large = replace(ran.compression_stroke, value=1.0)
-    for name, word in (("compression_stroke", "compression"), ("tension_stroke", "tension")):
-        (line,) = (line for line in summary_lines(replace(ran, **{name: large})) if "largest stroke" in line)
+    for changed, word in (
+        (replace(ran, compression_stroke=large), "compression"),
+        (replace(ran, tension_stroke=large), "tension"),
+    ):
+        (line,) = (line for line in summary_lines(changed) if "largest stroke" in line)
         assert f"1000.00 mm in {word}" in line
 
 

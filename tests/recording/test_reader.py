@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,9 +79,9 @@ def test_samples_are_read_as_they_were(run: Path, consist: Consist, samples: lis
 def test_all_samples_in_one_go_are_the_same_as_one_by_one(run: Path) -> None:
     with Recording(run) as recording:
         together = recording.samples()
-        for series, alone in zip(
-            together, (recording.couplers(), recording.vehicles(), recording.pressure()), strict=True
-        ):
+        one_by_one: tuple[Any, ...] = (recording.couplers(), recording.vehicles(), recording.pressure())
+        series: Any
+        for series, alone in zip(together, one_by_one, strict=True):
             assert series.names == alone.names
             for field in fields(series):
                 np.testing.assert_array_equal(getattr(series, field.name), getattr(alone, field.name))
@@ -91,6 +92,7 @@ def test_pieces_are_of_bounded_size_and_give_the_whole(run: Path) -> None:
         whole, blocks = recording.samples(), list(recording.blocks())
     assert len(blocks) > 2
     assert max(len(block.couplers.time_ns) for block in blocks) < len(whole.couplers.time_ns) / 2
+    series: Any
     for number, series in enumerate(whole):
         pieces = [block[number] for block in blocks]
         for field in fields(series):

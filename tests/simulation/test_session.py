@@ -406,6 +406,7 @@ def test_a_run_is_finished_at_standstill_when_no_command_is_to_come() -> None:
     assert not session.finished
     run_to_rest(session)
     # As the brakes let go, couplers that were held under force move the train a little once more.
+    assert session.stop_time is not None
     assert session.stop_time >= stop
     assert session.at_standstill
 

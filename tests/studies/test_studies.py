@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -7,10 +8,13 @@ import numpy as np
 import pytest
 
 from haul_ros.studies import study as study_module
+from haul_ros.studies.case import Case
 from haul_ros.studies.definition import free_sweep, load_study
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import local_pool
 from haul_ros.studies.study import RESULTS_FILE, run_study
+from haul_ros.studies.sweep import Sweep
+from haul_ros.studies.tables import case_row
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -76,8 +80,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path, short: str) -> No
 def test_cases_whose_steps_did_not_converge_are_named(
     tmp_path: Path, short: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    row = study_module.case_row
-    monkeypatch.setattr(study_module, "case_row", lambda *a: row(*a) | {"unconverged_steps": 2})
+    monkeypatch.setattr(study_module, "case_row", lambda *a: case_row(*a) | {"unconverged_steps": 2})
     outcome = run_study(free_sweep(short, [], ["initial_speed_kmh=20"], [], None, 0), tmp_path, local_pool)
     assert outcome.unconverged == ("initial_speed_kmh=20",)
 
@@ -121,7 +124,7 @@ def test_rigid_arms_lower_the_force_with_set_b_and_raise_it_with_set_a(folder: P
 
 
 def test_the_map_shows_both_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    short = {"initial_speed_kmh": 15, "consist.1.count": 30, "consist.3.count": 30}
+    short: dict[str, object] = {"initial_speed_kmh": 15, "consist.1.count": 30, "consist.3.count": 30}
     study = load_study("rigid-arm-map")
     _, waves, times, _ = study.axes
     monkeypatch.setattr(type(study), "cases", _reduced(study, short))
@@ -131,13 +134,13 @@ def test_the_map_shows_both_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert f"of {len(waves.points) * len(times.points)} places" in outcome.claims[0].found
 
 
-def _reduced(study, overrides):  # type: ignore[no-untyped-def]
+def _reduced(study: Sweep, overrides: dict[str, object]) -> Callable[[Sweep], Iterator[Case]]:
     """All cases of the study with a train of a third of the length, to be quick."""
     from dataclasses import replace
 
     original = type(study).cases
 
-    def cases(self):  # type: ignore[no-untyped-def]
+    def cases(self: Sweep) -> Iterator[Case]:
         for case in original(self):
             yield replace(case, overrides={**case.overrides, **overrides})
 
