@@ -5,16 +5,20 @@ driver, who brakes with ``haul brake master --emergency``. The radio tells the s
 Afterwards the recording is analysed. Takes about 55 s, for the train brakes in real time.
 """
 
+from __future__ import annotations
+
 import argparse
 import os
 import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -28,50 +32,58 @@ PATIENCE_S = 120.0
 class Telemetry:
     """What a dashboard would know: the last couplers and vehicles, and who brakes since when."""
 
-    def __init__(self, node):
-        self.couplers = self.vehicles = None
+    def __init__(self, node: Node) -> None:
+        self.couplers: JointState | None = None
+        self.vehicles: JointState | None = None
         self.count = 0
         node.create_subscription(JointState, "/haul/couplers", self._on_couplers, 50)
         node.create_subscription(JointState, "/haul/vehicles", self._on_vehicles, 50)
         for locomotive in ("master", *RADIO_DELAY_S):
             topic = f"/haul/{locomotive}/applied_brake"
-            node.create_subscription(Float64, topic, lambda message, name=locomotive: self._on_brake(name, message), 10)
+            node.create_subscription(Float64, topic, partial(self._on_brake, locomotive), 10)
 
-    def _on_couplers(self, message):
+    def _on_couplers(self, message: JointState) -> None:
         self.couplers = message
         self.count += 1
 
-    def _on_vehicles(self, message):
+    def _on_vehicles(self, message: JointState) -> None:
         self.vehicles = message
 
-    def _on_brake(self, locomotive, message):
+    def _on_brake(self, locomotive: str, message: Float64) -> None:
         if message.data > 0.0:
             print(f"  {self.time:6.2f} s   {locomotive} applies its brake")
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Simulation time [s]."""
-        return self.couplers.header.stamp.sec + self.couplers.header.stamp.nanosec * 1e-9 if self.couplers else 0.0
+        if self.couplers is None:
+            return 0.0
+        stamp = self.couplers.header.stamp
+        return float(stamp.sec + stamp.nanosec * 1e-9)
 
     @property
-    def at_standstill(self):
+    def at_standstill(self) -> bool:
         """Every vehicle stands."""
         return self.vehicles is not None and not any(self.vehicles.velocity)
 
-    def line(self):
-        """One line on the train as it is now."""
-        forces = self.couplers.effort
+    def line(self) -> str | None:
+        """One line on the train as it is now; None: nothing is known of it yet."""
+        if self.couplers is None or self.vehicles is None:
+            return None
+        names, forces = self.couplers.name, self.couplers.effort
         buff, draft = max(forces), min(forces)
         return (
             f"  {self.time:6.2f} s   {self.vehicles.velocity[0] * 3.6:5.1f} km/h"
-            f"   largest buff {buff / 1e3:6.1f} kN in {self.couplers.name[forces.index(buff)]}"
-            f"   largest draft {abs(draft) / 1e3:6.1f} kN in {self.couplers.name[forces.index(draft)]}"
+            f"   largest buff {buff / 1e3:6.1f} kN in {names[forces.index(buff)]}"
+            f"   largest draft {abs(draft) / 1e3:6.1f} kN in {names[forces.index(draft)]}"
         )
 
 
-def watch(telemetry, executor, node_process, log):
+def watch(
+    telemetry: Telemetry, executor: SingleThreadedExecutor, node_process: subprocess.Popen[bytes], log: Path
+) -> None:
     """Print a line every two seconds until the train stands; brake when it has coasted long enough."""
-    driver = None
+    driver: subprocess.Popen[bytes] | None = None
     next_line = 0.0
     last_news, seen = time.monotonic(), 0
     while not telemetry.at_standstill:
@@ -80,20 +92,21 @@ def watch(telemetry, executor, node_process, log):
             last_news, seen = time.monotonic(), telemetry.count
         if node_process.poll() is not None or time.monotonic() - last_news > PATIENCE_S:
             sys.exit(f"emergency_stop: no telemetry from the node; its log is {log}")
-        if telemetry.vehicles is None or telemetry.couplers is None:
+        line = telemetry.line()
+        if line is None:
             continue
         if driver is None and telemetry.time >= COAST_S:
             print("> haul brake master --emergency")
             driver = subprocess.Popen(["haul", "brake", "master", "--emergency"])
         if telemetry.time >= next_line:
-            print(telemetry.line(), flush=True)
+            print(line, flush=True)
             next_line += 2.0
     print(f"  {telemetry.time:6.2f} s   the train stands; {telemetry.count} coupler messages received")
     if driver is not None and driver.wait(timeout=30.0) != 0:
         sys.exit("emergency_stop: the brake command failed")
 
 
-def main():
+def main() -> None:
     """Run the demonstration and leave recording and pictures in a new folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, help="new folder for the results (default: demo/<time>)")

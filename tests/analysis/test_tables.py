@@ -3,7 +3,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def numbers(column: Sequence[object]) -> NDArray[np.float64]:
 
 def test_the_table_has_a_row_per_coupler_in_the_units_of_its_heads(scenario: Scenario, run: RecordedRun) -> None:
     extremes = run.session.extremes()
-    table = peak_table(scenario.consist, extremes)
+    table: dict[str, Any] = dict(peak_table(scenario.consist, extremes))
     assert {len(column) for column in table.values()} == {21}
     assert table["coupler"][0] == "coupler_001"
     assert (table["vehicle_before"][0], table["vehicle_behind"][0]) == ("vehicle_001_SS4", "vehicle_002_C80")

@@ -6,6 +6,7 @@ import ast
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,7 +54,8 @@ def test_python_and_the_kernel_name_the_same_rows() -> None:
     train = model(train_of([vehicle()] * 4, linear_gear()), 10.0)
     blocks = train._blocks
     of_block = [block for block, kinds in LAYOUT.items() for _ in kinds]
-    for name, block, group in zip(Train._fields[4:], of_block, train.train[4:], strict=True):
+    groups: tuple[Any, ...] = train.train[4:]
+    for name, block, group in zip(Train._fields[4:], of_block, groups, strict=True):
         rows_of = getattr(memory, f"{name}_of")
         rows = getattr(rows_of, "py_func", rows_of)(getattr(blocks, block))
         assert type(rows) is type(group)

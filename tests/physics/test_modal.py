@@ -14,7 +14,8 @@ MASS, STIFFNESS = 100e3, 3e7
 
 def chain(n: int, mass: float = MASS, stiffness: float = STIFFNESS) -> np.ndarray:
     """``omega_k = 2 sqrt(k/m) sin(k pi / 2n)`` of n equal masses on a free line, k = 0 .. n-1, in Hz."""
-    return 2.0 * np.sqrt(stiffness / mass) * np.sin(np.arange(n) * np.pi / (2 * n)) / (2.0 * np.pi)
+    omega: np.ndarray = 2.0 * np.sqrt(stiffness / mass) * np.sin(np.arange(n) * np.pi / (2 * n))
+    return omega / (2.0 * np.pi)
 
 
 @pytest.mark.parametrize("n", [2, 3, 50, 208])

@@ -15,6 +15,7 @@ import rclpy
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool, Trigger
 
@@ -81,7 +82,7 @@ class Observer:
     """Another participant: subscribes, commands, calls services."""
 
     def __init__(self) -> None:
-        self._context = rclpy.Context()
+        self._context = Context()
         self._context.init()
         self._node = rclpy.create_node("observer", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)

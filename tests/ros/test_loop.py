@@ -164,7 +164,8 @@ def test_a_command_that_cannot_be_carried_out_is_reported_and_the_run_goes_on(st
 
 
 def test_a_reset_closes_the_run_and_starts_the_next_paused_if_it_was(start_loop: StartLoop) -> None:
-    first, second = LoggingRun(), LoggingRun()
+    first = LoggingRun()
+    second: Any = LoggingRun()
     loop, _ = start_loop(first)
     first.wait_for_time(PERIOD_NS)
     loop.pause(True).result(WAIT)
@@ -175,7 +176,7 @@ def test_a_reset_closes_the_run_and_starts_the_next_paused_if_it_was(start_loop:
 
 
 def test_a_recording_that_fails_at_a_reset_is_reported_and_the_next_run_has_begun(start_loop: StartLoop) -> None:
-    second = LoggingRun()
+    second: Any = LoggingRun()
     loop, _ = start_loop(LoggingRun(failing_close=RecordingError("disk full")))
     with pytest.raises(RecordingError, match="disk full"):
         loop.reset(second).result(WAIT)

@@ -43,7 +43,7 @@ def padded(data: bytes) -> bytes:
 
 
 def value_of(status: Any, key: str) -> str:
-    return {item.key: item.value for item in status.values}[key]
+    return str({item.key: item.value for item in status.values}[key])
 
 
 def test_an_emergency_acts_on_the_master_at_once_on_slaves_after_their_delay_and_on_wagons_with_the_wave(

@@ -1,19 +1,22 @@
 """Coupler entries to draft gears."""
 
+from __future__ import annotations
+
 import math
 
 import pytest
 
 from haul_ros.errors import ScenarioError
+from haul_ros.model.draft_gear import DraftGear
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.draft_gears import DEFAULT_SOLID_STIFFNESS, draft_gears
 
 
-def _gear(**entry):
+def _gear(**entry: object) -> DraftGear:
     return draft_gears(Document("x", {"couplers": {"G": {"transition_speed_mps": 0.01, **entry}}}))["G"]
 
 
-def test_stiffnesses_give_straight_curves_in_both_directions():
+def test_stiffnesses_give_straight_curves_in_both_directions() -> None:
     gear = _gear(loading_stiffness_kN_per_mm=30, unloading_stiffness_kN_per_mm=27)
     assert gear.compression.loading == ((0.0, 0.0), (1.0, 30e6))
     assert gear.compression.unloading == ((0.0, 0.0), (1.0, 27e6))
@@ -22,21 +25,21 @@ def test_stiffnesses_give_straight_curves_in_both_directions():
     assert (gear.bottoming_stiffness, gear.solid_stiffness) == (0.0, 0.0)
 
 
-def test_a_preload_is_given_back_in_the_ratio_of_the_stiffnesses():
+def test_a_preload_is_given_back_in_the_ratio_of_the_stiffnesses() -> None:
     gear = _gear(loading_stiffness_kN_per_mm=30, unloading_stiffness_kN_per_mm=15, preload_kN=200)
     assert gear.compression.loading == ((0.0, 200e3), (1.0, 200e3 + 30e6))
     assert gear.compression.unloading == ((0.0, 100e3), (1.0, 100e3 + 15e6))
     assert gear.solid_stiffness == DEFAULT_SOLID_STIFFNESS
 
 
-def test_a_given_solid_stiffness_is_used():
+def test_a_given_solid_stiffness_is_used() -> None:
     gear = _gear(
         loading_stiffness_kN_per_mm=30, unloading_stiffness_kN_per_mm=15, preload_kN=200, solid_stiffness_kN_per_mm=100
     )
     assert gear.solid_stiffness == 100e6
 
 
-def test_tables_are_in_mm_and_kn_and_may_differ_in_tension():
+def test_tables_are_in_mm_and_kn_and_may_differ_in_tension() -> None:
     gear = _gear(
         loading=[[0, 10], [50, 500], [80, 2000]],
         unloading=[[0, 5], [80, 400]],
@@ -51,7 +54,7 @@ def test_tables_are_in_mm_and_kn_and_may_differ_in_tension():
     assert gear.solid_stiffness == DEFAULT_SOLID_STIFFNESS
 
 
-def test_a_gear_without_hysteresis_is_allowed():
+def test_a_gear_without_hysteresis_is_allowed() -> None:
     table = [[0, 0], [3, 7], [70, 1000.1]]
     gear = _gear(loading=table, unloading=[[0, 0], [1.5, 3.5], [3, 7], [70, 1000.1]])
     assert gear.compression.loading[-1] == gear.compression.unloading[-1]
@@ -69,13 +72,15 @@ def test_a_gear_without_hysteresis_is_allowed():
         ([[0, 0], [5, 80], [9, 84]], [[0, 0], [9, 80]], "unloading: at stroke 18 mm it is 160 kN, above loading, 93"),
     ],
 )
-def test_curves_that_no_gear_can_have_are_refused(loading, unloading, expected):
+def test_curves_that_no_gear_can_have_are_refused(
+    loading: list[list[float]], unloading: list[list[float]], expected: str
+) -> None:
     with pytest.raises(ScenarioError) as caught:
         _gear(loading=loading, unloading=unloading)
     assert expected in str(caught.value)
 
 
-def test_unloading_stiffer_than_loading_is_refused_also_in_tension():
+def test_unloading_stiffer_than_loading_is_refused_also_in_tension() -> None:
     side = {"loading_stiffness_kN_per_mm": 30, "unloading_stiffness_kN_per_mm": 31}
     with pytest.raises(ScenarioError, match=r"tension.unloading_stiffness_kN_per_mm = 31, must be at most .*, 30$"):
         _gear(loading_stiffness_kN_per_mm=30, unloading_stiffness_kN_per_mm=27, tension=side)

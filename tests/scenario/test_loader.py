@@ -1,5 +1,10 @@
 """Scenario files as users write them: what they become, and what they are told."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,7 +27,7 @@ vehicles:
 """
 
 
-def _refusal(text):
+def _refusal(text: str) -> str:
     with pytest.raises(ScenarioError) as caught:
         load_scenario_text(text, "my.yaml")
     message = str(caught.value)
@@ -30,7 +35,7 @@ def _refusal(text):
     return message
 
 
-def test_what_a_short_scenario_leaves_out_has_sensible_values(small_train):
+def test_what_a_short_scenario_leaves_out_has_sensible_values(small_train: str) -> None:
     scenario = load_scenario_text(small_train, "short")
     assert scenario.name == "short"
     assert (scenario.time_step, scenario.sample_rate, scenario.max_duration) == (0.001, 50.0, 300.0)
@@ -42,42 +47,44 @@ def test_what_a_short_scenario_leaves_out_has_sensible_values(small_train):
     assert scenario.radio_seed == 0
 
 
-def test_a_file_gives_its_stem_as_name_and_its_values_in_si_units(small_train, scenario_file):
+def test_a_file_gives_its_stem_as_name_and_its_values_in_si_units(
+    small_train: str, scenario_file: Callable[[str], str]
+) -> None:
     path = scenario_file("description: mine\n" + small_train.replace("80\n", "36\n"))
     scenario = load_scenario(path)
     assert (scenario.name, scenario.description) == ("my", "mine")
     assert scenario.initial_speed == pytest.approx(10.0)
 
 
-def test_a_file_with_a_byte_order_mark_is_read(small_train, scenario_file):
+def test_a_file_with_a_byte_order_mark_is_read(small_train: str, scenario_file: Callable[[str], str]) -> None:
     assert load_scenario(scenario_file("\ufeff" + small_train)).name == "my"
 
 
-def test_an_own_vehicle_stands_beside_those_of_the_catalogue(small_train):
+def test_an_own_vehicle_stands_beside_those_of_the_catalogue(small_train: str) -> None:
     scenario = load_scenario_text(small_train.replace("C80", "MY_WAGON") + MY_WAGON, "own")
     assert [v.name for v in scenario.consist.vehicles] == ["SS4", *["MY_WAGON"] * 4, "SS4"]
     assert scenario.consist.vehicles[1].mass == 84e3
 
 
-def test_an_own_entry_replaces_the_whole_catalogue_entry_of_its_name(small_train):
+def test_an_own_entry_replaces_the_whole_catalogue_entry_of_its_name(small_train: str) -> None:
     scenario = load_scenario_text(small_train + MY_WAGON.replace("MY_WAGON", "C80"), "own")
     assert scenario.consist.vehicles[1].mass == 84e3
     assert not any(line.startswith("vehicles.C80") for line in scenario.caveats)
 
 
-def test_a_document_needs_no_catalogue(small_train, monkeypatch):
+def test_a_document_needs_no_catalogue(small_train: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = load_scenario_text(small_train, "small")
     monkeypatch.setattr("haul_ros.scenario.catalogue.catalogue_section", lambda section: pytest.fail("was read"))
     assert load_scenario_text(scenario.document, "small") == scenario
 
 
-def test_taking_over_a_catalogue_entry_leaves_the_catalogue_as_it_was(small_train):
+def test_taking_over_a_catalogue_entry_leaves_the_catalogue_as_it_was(small_train: str) -> None:
     before = {section: dump_yaml(catalogue_section(section).data) for section in SECTION_FILES}
     load_scenario("daqin_1_2_1", {"vehicles.C80.mass_t": 90})
     assert {section: dump_yaml(catalogue_section(section).data) for section in SECTION_FILES} == before
 
 
-def test_a_yaml_alias_can_be_overridden_without_touching_its_twin(scenario_file):
+def test_a_yaml_alias_can_be_overridden_without_touching_its_twin(scenario_file: Callable[[str], str]) -> None:
     path = scenario_file(
         "consist:\n  - &loco {vehicle: SS4, role: master}\n  - &wagons {vehicle: C80, count: 2}\n  - *wagons\n"
         "coupler: ST\nbrakes: paper_set_b\ninitial_speed_kmh: 8e1\n"
@@ -95,7 +102,9 @@ def test_a_yaml_alias_can_be_overridden_without_touching_its_twin(scenario_file)
     description=st.text(max_size=20),
     grade=st.floats(-30.0, 30.0),
 )
-def test_any_scenario_survives_being_written_and_read(speed, steps, wagons, gear, delay, description, grade):
+def test_any_scenario_survives_being_written_and_read(
+    speed: float, steps: int, wagons: int, gear: str, delay: float, description: str, grade: float
+) -> None:
     overrides = {
         "initial_speed_kmh": speed,
         "time_step_ms": 1000.0 / (50 * steps),
@@ -109,28 +118,28 @@ def test_any_scenario_survives_being_written_and_read(speed, steps, wagons, gear
     assert load_scenario_text(scenario.document, scenario.name) == scenario
 
 
-def test_an_unknown_name_is_told_the_shipped_scenarios(scenario_file):
+def test_an_unknown_name_is_told_the_shipped_scenarios(scenario_file: Callable[[str], str]) -> None:
     with pytest.raises(ScenarioError, match=r"^daqin_1_2_2: no such scenario, expected .* daqin_1_2_1, .*c63$"):
         load_scenario("daqin_1_2_2")
 
 
-def test_a_directory_is_refused(tmp_path):
+def test_a_directory_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r": is a directory, expected a scenario file"):
         load_scenario(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "a\0b"])
-def test_a_path_that_cannot_be_is_refused(name):
+def test_a_path_that_cannot_be_is_refused(name: str) -> None:
     with pytest.raises(ScenarioError, match=r": cannot be read: "):
         load_scenario(name)
 
 
-def test_a_file_as_a_folder_is_refused(scenario_file, small_train):
+def test_a_file_as_a_folder_is_refused(scenario_file: Callable[[str], str], small_train: str) -> None:
     with pytest.raises(ScenarioError, match=r"^my.yaml/x: cannot be read: Not a directory$"):
         load_scenario(scenario_file(small_train) + "/x")
 
 
-def test_every_error_is_a_haul_error():
+def test_every_error_is_a_haul_error() -> None:
     assert issubclass(ScenarioError, HaulError)
 
 
@@ -161,7 +170,9 @@ def test_every_error_is_a_haul_error():
         ("role: slave", "role: banker", "my.yaml:4: consist.2.role = 'banker', must be master or slave"),
     ],
 )
-def test_a_mistake_is_told_with_line_key_value_and_what_is_expected(small_train, old, new, expected):
+def test_a_mistake_is_told_with_line_key_value_and_what_is_expected(
+    small_train: str, old: str, new: str, expected: str
+) -> None:
     text = small_train + MY_WAGON
     assert old in text
     assert expected in _refusal(text.replace(old, new))
@@ -196,10 +207,10 @@ def test_a_mistake_is_told_with_line_key_value_and_what_is_expected(small_train,
         ("vehicles: {C80: {standing: {default: fitted, a b: fitted}}}", "vehicles.C80.standing.a b: must be a name"),
     ],
 )
-def test_a_line_too_many_is_told(small_train, line, expected):
+def test_a_line_too_many_is_told(small_train: str, line: str, expected: str) -> None:
     assert expected in _refusal(small_train + line + "\n")
 
 
-def test_a_misspelt_key_is_told_before_what_it_leaves_missing(small_train):
+def test_a_misspelt_key_is_told_before_what_it_leaves_missing(small_train: str) -> None:
     text = small_train.replace("initial_speed_kmh", "initial_speed_mps")
     assert _refusal(text) == "my.yaml:7: initial_speed_mps: unknown key, did you mean initial_speed_kmh?"

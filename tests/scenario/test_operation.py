@@ -1,20 +1,27 @@
 """Line, radio, commands, time grid and brakes of a scenario."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+
 import pytest
 
 from haul_ros.errors import ScenarioError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.request import TimedRequest
+from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario_text
+
+Load = Callable[..., Scenario]
 
 
 @pytest.fixture
-def load(small_train):
+def load(small_train: str) -> Load:
     """The small train with more lines."""
     return lambda *lines: load_scenario_text(small_train + "\n".join(lines) + "\n", "x")
 
 
-def test_grades_and_curves_become_steps_along_the_chainage(load):
+def test_grades_and_curves_become_steps_along_the_chainage(load: Load) -> None:
     track = load(
         "track:",
         "  start_chainage_m: 1000",
@@ -35,14 +42,14 @@ def test_grades_and_curves_become_steps_along_the_chainage(load):
     )
 
 
-def test_a_link_takes_from_the_default_what_it_does_not_say(load):
+def test_a_link_takes_from_the_default_what_it_does_not_say(load: Load) -> None:
     scenario = load("radio: {seed: 7, default: {delay_s: 2, loss_probability: 0.1}, slave_1: {jitter_s: 1}}")
     link = scenario.radio["slave_1"]
     assert (link.delay, link.jitter, link.loss_probability, link.connected) == (2.0, 1.0, 0.1, True)
     assert scenario.radio_seed == 7
 
 
-def test_commands_are_in_order_of_time_and_in_si_units(load):
+def test_commands_are_in_order_of_time_and_in_si_units(load: Load) -> None:
     commands = load(
         "commands:",
         "  - {at_s: 9, locomotive: master, emergency: true}",
@@ -59,7 +66,7 @@ def test_commands_are_in_order_of_time_and_in_si_units(load):
 
 
 @pytest.mark.parametrize(("step", "rate"), [(1, 50), (0.25, 50), (0.1, 1000), (2, 500), (1000 / 60, 60)])
-def test_a_sample_of_a_whole_number_of_steps_is_accepted(load, step, rate):
+def test_a_sample_of_a_whole_number_of_steps_is_accepted(load: Load, step: float, rate: float) -> None:
     scenario = load(f"time_step_ms: {step!r}", f"sample_rate_hz: {rate!r}")
     assert scenario.time_step == pytest.approx(step / 1e3)
     assert scenario.sample_rate == pytest.approx(rate)
@@ -102,7 +109,7 @@ def test_a_sample_of_a_whole_number_of_steps_is_accepted(load, step, rate):
         ),
     ],
 )
-def test_what_cannot_be_is_refused(load, line, expected):
+def test_what_cannot_be_is_refused(load: Load, line: str, expected: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         load(line)
     assert expected in str(caught.value)
@@ -116,7 +123,7 @@ brake_systems:
     full_service_fraction: 0.9"""
 
 
-def test_a_linear_build_up_has_its_knee_at_the_end(load):
+def test_a_linear_build_up_has_its_knee_at_the_end(load: Load) -> None:
     brakes = load(BRAKES.replace("BUILD_UP", "full_time_s: 3")).brakes
     assert (brakes.build_up.knee, brakes.build_up.knee_time, brakes.build_up.full_time) == (1.0, 3.0, 3.0)
     assert (brakes.wave_speeds.emergency, brakes.wave_speeds.service, brakes.wave_speeds.release) == (250, 230, 150)
@@ -125,7 +132,7 @@ def test_a_linear_build_up_has_its_knee_at_the_end(load):
     assert brakes.full_service == 0.9
 
 
-def test_a_two_stage_build_up_has_its_knee_where_it_is_given(load):
+def test_a_two_stage_build_up_has_its_knee_where_it_is_given(load: Load) -> None:
     build_up = load(BRAKES.replace("BUILD_UP", "knee_fraction: 0.36, knee_time_s: 1, full_time_s: 10")).brakes.build_up
     assert (build_up.knee, build_up.knee_time, build_up.full_time) == (0.36, 1.0, 10.0)
 
@@ -142,7 +149,7 @@ def test_a_two_stage_build_up_has_its_knee_where_it_is_given(load):
         ("full_time_s: 0", "build_up.full_time_s = 0, must be above 0"),
     ],
 )
-def test_a_build_up_that_cannot_be_is_refused(load, build_up, expected):
+def test_a_build_up_that_cannot_be_is_refused(load: Load, build_up: str, expected: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         load(BRAKES.replace("BUILD_UP", build_up))
     assert expected in str(caught.value)

@@ -1,14 +1,17 @@
 """Values replaced for one run."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
 from haul_ros.errors import ScenarioError
+from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario, load_scenario_text
 from haul_ros.scenario.overrides import parse_override
 
 
-def _equal_again(scenario):
+def _equal_again(scenario: Scenario) -> bool:
     return load_scenario_text(scenario.document, scenario.name) == scenario
 
 
@@ -26,65 +29,69 @@ def _equal_again(scenario):
         ),
     ],
 )
-def test_an_override_in_text_has_a_yaml_value(text, key, value):
+def test_an_override_in_text_has_a_yaml_value(text: str, key: str, value: object) -> None:
     assert parse_override(text) == (key, value)
 
 
 @pytest.mark.parametrize("text", ["initial_speed_kmh", "=3", ""])
-def test_an_override_without_key_or_value_is_refused(text):
+def test_an_override_without_key_or_value_is_refused(text: str) -> None:
     with pytest.raises(ScenarioError, match="expected KEY=VALUE"):
         parse_override(text)
 
 
-def test_an_override_that_is_not_yaml_is_refused():
+def test_an_override_that_is_not_yaml_is_refused() -> None:
     with pytest.raises(ScenarioError, match=r"^override commands:1: not valid YAML: "):
         parse_override("commands=[")
 
 
-def test_a_value_of_the_scenario_is_replaced():
+def test_a_value_of_the_scenario_is_replaced() -> None:
     scenario = load_scenario("daqin_1_2_1", {"initial_speed_kmh": 36, "consist.1.count": 50, "consist.0.count": 1})
     assert scenario.initial_speed == pytest.approx(10.0)
     assert len(scenario.consist.vehicles) == 208 - 52
     assert _equal_again(scenario)
 
 
-def test_one_slave_may_differ_from_the_default_link():
+def test_one_slave_may_differ_from_the_default_link() -> None:
     scenario = load_scenario("daqin_1_2_1", {"radio.default.delay_s": 1, "radio.slave_2.jitter_s": 0.5})
     assert [(link.delay, link.jitter) for link in scenario.radio.values()] == [(1.0, 0.0), (1.0, 0.5), (1.0, 0.0)]
     assert _equal_again(scenario)
 
 
-def test_a_catalogue_value_is_replaced_for_this_run_and_called_so():
+def test_a_catalogue_value_is_replaced_for_this_run_and_called_so() -> None:
     key = "couplers.paper_set_b.loading_stiffness_kN_per_mm"
     scenario = load_scenario("daqin_1_2_1", {key: 40})
-    assert scenario.consist.couplers[0].compression.loading == ((0.0, 0.0), (1.0, 40e6))
+    gear = scenario.consist.couplers[0]
+    assert gear is not None
+    assert gear.compression.loading == ((0.0, 0.0), (1.0, 40e6))
     assert "couplers.paper_set_b: loading_stiffness_kN_per_mm overridden; other values fitted" in scenario.caveats
     assert _equal_again(scenario)
 
 
-def test_a_nested_catalogue_value_is_replaced():
+def test_a_nested_catalogue_value_is_replaced() -> None:
     scenario = load_scenario("daqin_1_2_1", {"brake_systems.paper_set_b.build_up.full_time_s": 3})
     assert (scenario.brakes.build_up.knee_time, scenario.brakes.build_up.full_time) == (3.0, 3.0)
     assert any("build_up.full_time_s overridden" in line for line in scenario.caveats)
 
 
-def test_naming_another_catalogue_entry_takes_it_over():
+def test_naming_another_catalogue_entry_takes_it_over() -> None:
     scenario = load_scenario("daqin_1_2_1", {"coupler": "MT-2", "vehicles.C80.brake_shoe": "low_friction_composite"})
-    assert {gear.name for gear in scenario.consist.couplers} == {"MT-2"}
+    assert {gear and gear.name for gear in scenario.consist.couplers} == {"MT-2"}
     assert "paper_set_b: {loading" not in scenario.document
     assert _equal_again(scenario)
 
 
-def test_an_entry_can_be_named_and_altered_in_any_order():
+def test_an_entry_can_be_named_and_altered_in_any_order() -> None:
     scenario = load_scenario("daqin_1_2_1", {"couplers.MT-2.slack_mm": 10, "coupler": "MT-2"})
-    assert scenario.consist.couplers[0].slack == pytest.approx(0.01)
+    gear = scenario.consist.couplers[0]
+    assert gear is not None
+    assert gear.slack == pytest.approx(0.01)
 
 
-def test_a_whole_list_is_replaced():
+def test_a_whole_list_is_replaced() -> None:
     assert load_scenario("daqin_1_2_1", {"commands": []}).commands == ()
 
 
-def test_an_own_entry_may_come_whole():
+def test_an_own_entry_may_come_whole() -> None:
     wagon = {
         "mass_t": 84, "length_m": 12, "resistance": "wagon_loaded", "shoes": 8, "brake_shoe": "high_friction_composite",
         "shoe_force_kN": 20, "cylinder_pressure_kPa": 360,
@@ -94,7 +101,7 @@ def test_an_own_entry_may_come_whole():
     assert _equal_again(scenario)
 
 
-def test_numpy_numbers_and_tuples_are_taken_as_what_they_hold():
+def test_numpy_numbers_and_tuples_are_taken_as_what_they_hold() -> None:
     grades = ({"from_m": np.int64(0), "grade_permille": np.float32(0.5)},)
     scenario = load_scenario("daqin_1_2_1", {"track.grades": grades, "consist.1.count": np.int64(3)})
     assert scenario.track.grades == ((0.0, 0.0005),)
@@ -129,7 +136,7 @@ def test_numpy_numbers_and_tuples_are_taken_as_what_they_hold():
         ("", 1, "unknown key"),
     ],
 )
-def test_a_mistaken_override_is_told(key, value, expected):
+def test_a_mistaken_override_is_told(key: str, value: object, expected: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         load_scenario("daqin_1_2_1", {key: value})
     assert expected in str(caught.value)

@@ -1,18 +1,22 @@
 """Vehicle entries to SI: each number against the formula in the units of the standard."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from haul_ros.model.vehicle import VehicleType
 from haul_ros.scenario.catalogue import catalogue_section
 from haul_ros.scenario.rolling_stock import running_resistance, shoe_friction, vehicle_types
 from haul_ros.units import kmh_to_mps
 
 SHOES = catalogue_section("brake_shoes").data["brake_shoes"]
 RESISTANCES = catalogue_section("resistances").data["resistances"]
-PUBLISHED = {
+PUBLISHED: dict[str, Callable[[float, float, float], float]] = {
     "high_friction_composite": lambda k, v, v0: 0.41 * (k + 200) / (4 * k + 200) * (v + 150) / (2 * v + 150),
     "low_friction_composite": lambda k, v, v0: (
         0.25 * (k + 500) / (6 * k + 500) * (4 * v + 150) / (10 * v + 150) + 0.0006 * (100 - v0)
@@ -28,7 +32,9 @@ PUBLISHED = {
 
 @pytest.mark.parametrize("name", PUBLISHED)
 @given(force_kn=st.floats(0.0, 60.0), speed_kmh=st.floats(0.0, 120.0), initial_kmh=st.floats(0.0, 120.0))
-def test_friction_in_si_is_that_of_the_standard(name, force_kn, speed_kmh, initial_kmh):
+def test_friction_in_si_is_that_of_the_standard(
+    name: str, force_kn: float, speed_kmh: float, initial_kmh: float
+) -> None:
     friction = shoe_friction(SHOES[name])
     si = friction.coefficient(force_kn * 1e3, kmh_to_mps(speed_kmh), kmh_to_mps(initial_kmh))
     assert si == pytest.approx(PUBLISHED[name](force_kn, speed_kmh, initial_kmh), rel=1e-12)
@@ -42,7 +48,7 @@ def test_friction_in_si_is_that_of_the_standard(name, force_kn, speed_kmh, initi
         ("wagon_empty", lambda v: 2.23 + 0.0053 * v + 0.000675 * v**2),
     ],
 )
-def test_resistance_in_si_is_that_of_the_standard(name, published):
+def test_resistance_in_si_is_that_of_the_standard(name: str, published: Callable[[float], float]) -> None:
     resistance = running_resistance(RESISTANCES[name])
     for speed_kmh in (10.0, 40.0, 100.0):
         v = kmh_to_mps(speed_kmh)
@@ -52,7 +58,7 @@ def test_resistance_in_si_is_that_of_the_standard(name, published):
     assert resistance.starting * 1e3 == pytest.approx(5.0 if name == "ss_locomotive" else 3.5)
 
 
-def _vehicle(**entry):
+def _vehicle(**entry: object) -> VehicleType:
     wagon = {
         "mass_t": 84,
         "length_m": 12,
@@ -65,13 +71,13 @@ def _vehicle(**entry):
     return vehicle_types({"vehicles": {"W": wagon}, "brake_shoes": SHOES, "resistances": RESISTANCES})["W"]
 
 
-def test_a_vehicle_is_converted_to_si():
+def test_a_vehicle_is_converted_to_si() -> None:
     wagon = _vehicle(shoe_force_kN=19.5, max_tractive_effort_kN=470)
     assert (wagon.name, wagon.mass, wagon.length, wagon.shoes) == ("W", 84e3, 12.0, 8)
     assert (wagon.shoe_force, wagon.cylinder_pressure, wagon.max_tractive_effort) == (19.5e3, 360e3, 470e3)
 
 
-def test_the_shoe_force_may_come_from_cylinder_and_rigging():
+def test_the_shoe_force_may_come_from_cylinder_and_rigging() -> None:
     cylinder = {"diameter_mm": 254, "leverage_ratio": 9.6, "efficiency": 0.9, "cylinders": 2}
     wagon = _vehicle(cylinder=cylinder)
     # TB/T 1407-1998 in its own units: mm, kPa, kN

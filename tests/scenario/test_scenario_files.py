@@ -1,11 +1,17 @@
 """The shipped catalogue, scenarios and schemas, as they are."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import jsonschema
 import pytest
 
+from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.request import TimedRequest
 from haul_ros.resources import config_dir, shipped_scenarios
 from haul_ros.scenario.catalogue import SECTION_FILES, catalogue_section
 from haul_ros.scenario.loader import load_scenario, load_scenario_text
@@ -27,21 +33,22 @@ FORMATIONS = {
 }
 
 
-def _entry(section, name):
-    return catalogue_section(section).data[section][name]
+def _entry(section: str, name: str) -> dict[str, Any]:
+    entry: dict[str, Any] = catalogue_section(section).data[section][name]
+    return entry
 
 
-def _energy(points):
+def _energy(points: list[list[float]]) -> float:
     """Area under a curve of [mm, kN] points, in J."""
     return sum((x1 - x0) * (f0 + f1) / 2 for (x0, f0), (x1, f1) in pairwise(points))
 
 
-def test_the_shipped_scenarios_are_those_of_the_contract():
+def test_the_shipped_scenarios_are_those_of_the_contract() -> None:
     assert list(shipped_scenarios()) == sorted(FORMATIONS)
 
 
 @pytest.mark.parametrize("name", FORMATIONS)
-def test_a_shipped_scenario_has_its_formation(name):
+def test_a_shipped_scenario_has_its_formation(name: str) -> None:
     scenario = load_scenario(name)
     vehicles, drawbars, locomotives = FORMATIONS[name]
     assert scenario.name == name
@@ -49,18 +56,16 @@ def test_a_shipped_scenario_has_its_formation(name):
     assert sum(gear is None for gear in scenario.consist.couplers) == drawbars
     assert len(scenario.consist.locomotives) == locomotives
     assert mps_to_kmh(scenario.initial_speed) == pytest.approx(63.7 if name.startswith("validation") else 80.0)
-    assert [(c.time_ns, c.request.locomotive, c.request.kind.value) for c in scenario.commands] == [
-        (0, "master", "emergency")
-    ]
+    assert scenario.commands == (TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0)),)
 
 
 @pytest.mark.parametrize("name", FORMATIONS)
-def test_the_document_of_a_shipped_scenario_gives_an_equal_scenario(name):
+def test_the_document_of_a_shipped_scenario_gives_an_equal_scenario(name: str) -> None:
     scenario = load_scenario(name)
     assert load_scenario_text(scenario.document, name) == scenario
 
 
-def test_the_train_1_2_1_weighs_and_measures_what_its_vehicles_do():
+def test_the_train_1_2_1_weighs_and_measures_what_its_vehicles_do() -> None:
     consist = load_scenario("daqin_1_2_1").consist
     assert consist.mass == pytest.approx(204 * 100e3 + 4 * 184e3)
     assert consist.length == pytest.approx(204 * 12.0 + 4 * 32.83)
@@ -72,13 +77,13 @@ def test_the_train_1_2_1_weighs_and_measures_what_its_vehicles_do():
     ]
 
 
-def test_rigid_pairs_are_wagons_joined_two_and_two():
+def test_rigid_pairs_are_wagons_joined_two_and_two() -> None:
     couplers = load_scenario("daqin_1_2_1_rigid_pairs").consist.couplers
     assert [gear is None for gear in couplers[:5]] == [False, True, False, True, False]
     assert [gear is None for gear in couplers[100:108]] == [False, True, False, False, False, True, False, True]
 
 
-def test_every_fitted_or_assumed_entry_that_a_scenario_uses_is_a_caveat():
+def test_every_fitted_or_assumed_entry_that_a_scenario_uses_is_a_caveat() -> None:
     caveats = load_scenario("validation_ss3_c63").caveats
     assert [line.partition(":")[0] for line in caveats] == [
         "brake_systems.validation",
@@ -91,7 +96,7 @@ def test_every_fitted_or_assumed_entry_that_a_scenario_uses_is_a_caveat():
 
 
 @pytest.mark.parametrize(("section", "name"), ENTRIES)
-def test_every_catalogue_entry_names_its_source_and_the_standing_of_its_own_keys(section, name):
+def test_every_catalogue_entry_names_its_source_and_the_standing_of_its_own_keys(section: str, name: str) -> None:
     entry = _entry(section, name)
     assert entry["source"]
     standing = entry["standing"]
@@ -105,7 +110,9 @@ def test_every_catalogue_entry_names_its_source_and_the_standing_of_its_own_keys
     ("gear", "capacity_kj", "force_kn", "stroke_mm"),
     [("MT-2", 50, 2270, 83), ("MT-3", 45, 2000, 83), ("ST", 30, 2000, 73)],
 )
-def test_a_catalogued_draft_gear_holds_its_rating(gear, capacity_kj, force_kn, stroke_mm):
+def test_a_catalogued_draft_gear_holds_its_rating(
+    gear: str, capacity_kj: float, force_kn: float, stroke_mm: float
+) -> None:
     entry = _entry("couplers", gear)
     energy = _energy(entry["loading"]) / 1e3
     assert capacity_kj <= energy < 1.1 * capacity_kj
@@ -123,7 +130,9 @@ def test_a_catalogued_draft_gear_holds_its_rating(gear, capacity_kj, force_kn, s
         ("high_phosphorus_iron", 25, lambda v: (17 * v + 100) / (60 * v + 100), 0.372),
     ],
 )
-def test_each_brake_shoe_reduces_to_the_published_converted_coefficient(shoe, force_kn, share_of_speed, converted):
+def test_each_brake_shoe_reduces_to_the_published_converted_coefficient(
+    shoe: str, force_kn: float, share_of_speed: Callable[[float], float], converted: float
+) -> None:
     entry = _entry("brake_shoes", shoe)
     by_force = entry["scale"] * (force_kn + entry["k_offset_kN"]) / (entry["k_gain"] * force_kn + entry["k_offset_kN"])
     assert by_force == pytest.approx(converted, abs=1e-3)
@@ -133,11 +142,11 @@ def test_each_brake_shoe_reduces_to_the_published_converted_coefficient(shoe, fo
 
 
 @pytest.mark.parametrize("name", ["catalogue.schema.json", "scenario.schema.json"])
-def test_the_schemas_are_valid_themselves(name):
+def test_the_schemas_are_valid_themselves(name: str) -> None:
     jsonschema.Draft202012Validator.check_schema(json.loads((config_dir() / "schema" / name).read_text("utf-8")))
 
 
-def test_every_shipped_yaml_file_names_its_schema_for_editors():
+def test_every_shipped_yaml_file_names_its_schema_for_editors() -> None:
     for folder, schema in (("catalogue", "catalogue.schema.json"), ("scenarios", "scenario.schema.json")):
         for path in (config_dir() / folder).glob("*.yaml"):
             first, second, *_ = path.read_text("utf-8").splitlines()

@@ -1,6 +1,10 @@
 """Every keyword that the schemas use has its phrase, and the phrases read well."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from jsonschema.exceptions import ValidationError
@@ -10,7 +14,7 @@ from haul_ros.scenario.document import Document
 from haul_ros.scenario.schema_errors import first_error
 
 # keyword: (its value, an instance that fails, what is told)
-PHRASES = {
+PHRASES: dict[str, tuple[Any, Any, str]] = {
     "type": (["string", "object"], 3, "x: a = 3, must be text or a mapping (key: value)"),
     "minimum": (1, 0, "x: a = 0, must be at least 1"),
     "exclusiveMinimum": (0, 0, "x: a = 0, must be above 0"),
@@ -33,7 +37,7 @@ STRUCTURE = {
 }  # fmt: skip
 
 
-def _keywords(schema):
+def _keywords(schema: object) -> Iterator[str]:
     if isinstance(schema, dict):
         for key, value in schema.items():
             yield key
@@ -48,13 +52,13 @@ def _keywords(schema):
 
 
 @pytest.mark.parametrize("name", ["catalogue.schema.json", "scenario.schema.json"])
-def test_each_keyword_of_the_schemas_has_a_phrase(name):
+def test_each_keyword_of_the_schemas_has_a_phrase(name: str) -> None:
     schema = json.loads((config_dir() / "schema" / name).read_text("utf-8"))
     assert set(_keywords(schema)) <= set(PHRASES) | STRUCTURE
 
 
 @pytest.mark.parametrize("keyword", PHRASES)
-def test_the_phrase_of_a_keyword_names_what_is_expected(keyword):
+def test_the_phrase_of_a_keyword_names_what_is_expected(keyword: str) -> None:
     value, instance, expected = PHRASES[keyword]
     error = ValidationError(
         "", validator=keyword, validator_value=value, instance=instance, schema={keyword: value}, path=["a"]

@@ -1,5 +1,9 @@
 """Reading and writing YAML."""
 
+from __future__ import annotations
+
+from pathlib import Path
+
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -15,26 +19,26 @@ PLAIN = st.recursive(
 )
 
 
-def test_numbers_and_words_are_those_of_yaml_1_2():
+def test_numbers_and_words_are_those_of_yaml_1_2() -> None:
     data = parse_yaml("{a: 1e-3, b: no, c: 1E3, d: 012, e: true}", "x").data
     assert data == {"a": 0.001, "b": "no", "c": 1000.0, "d": 12, "e": True}
 
 
-def test_each_value_knows_its_line():
+def test_each_value_knows_its_line() -> None:
     document = parse_yaml("a:\n  b: 1\n  c:\n    - 2\n    - {d: 3,\n       e: 4}\n", "x.yaml")
     paths = [("a",), ("a", "b"), ("a", "c", 0), ("a", "c", 1, "d"), ("a", "c", 1, "e"), ("a", "c", 1, "e", "unknown")]
     assert [document.origin(path) for path in paths] == [f"x.yaml:{line}" for line in (1, 2, 4, 5, 6, 6)]
     assert document.origin(()) == "x.yaml"
 
 
-def test_a_merged_mapping_can_be_overridden_key_by_key():
+def test_a_merged_mapping_can_be_overridden_key_by_key() -> None:
     assert parse_yaml("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}", "x").data["b"] == {"x": 1, "y": 3}
 
 
 @settings(max_examples=60, deadline=None)
 @example({"a": {"b": ":0", "c": "?0", "d": "\x85", "e": "大秦", "f": "null", "g": "1e3", "h": " x ", "i": "- a"}})
 @given(st.dictionaries(KEYS, PLAIN, max_size=4))
-def test_what_is_written_reads_back_the_same_in_the_same_order(data):
+def test_what_is_written_reads_back_the_same_in_the_same_order(data: dict[str, object]) -> None:
     text = dump_yaml(data)
     again = parse_yaml(text, "x").data
     assert again == data
@@ -61,13 +65,13 @@ def test_what_is_written_reads_back_the_same_in_the_same_order(data):
         ("a: \x01\n", r"^x: not a YAML file: unacceptable character"),
     ],
 )
-def test_what_is_not_yaml_is_refused_in_one_line(text, expected):
+def test_what_is_not_yaml_is_refused_in_one_line(text: str, expected: str) -> None:
     with pytest.raises(ScenarioError, match=expected) as caught:
         parse_yaml(text, "x")
     assert "\n" not in str(caught.value)
 
 
-def test_a_binary_file_is_refused(tmp_path):
+def test_a_binary_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.yaml"
     path.write_bytes(bytes(range(256)))
     with pytest.raises(ScenarioError, match=r"x.yaml: not a YAML file: not text in UTF-8$"):
@@ -75,5 +79,5 @@ def test_a_binary_file_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n", "just text", "[]"])
-def test_a_text_without_keys_has_no_mapping(text):
+def test_a_text_without_keys_has_no_mapping(text: str) -> None:
     assert not isinstance(parse_yaml(text, "x").data, dict)

@@ -1,0 +1,178 @@
+"""The commands of ``haul`` with their arguments; nothing here imports what carries them out."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class Subcommand:
+    """A command: its name, its line in the help, what carries it out ("module:function"), and its arguments."""
+
+    name: str
+    help: str
+    execute: str
+    add_arguments: Callable[[ArgumentParser], None]
+    epilog: str | None = None
+
+
+def _run(parser: ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="name of a shipped scenario (haul scenarios), or a file")
+    _output(parser, "FILE.mcap", "record to this new file")
+    _set(parser, "replace a value of the scenario, such as radio.default.delay_s=1; may be repeated")
+    parser.add_argument("--compression", choices=("zstd", "lz4", "none"), default="zstd", help="of the recording")
+    _json(parser, "the summary")
+    _quiet(parser, "summary")
+
+
+def _scenarios(parser: ArgumentParser) -> None:
+    _json(parser)
+
+
+def _info(parser: ArgumentParser) -> None:
+    _file(parser)
+    _json(parser)
+
+
+def _analyze(parser: ArgumentParser) -> None:
+    _file(parser)
+    _output(parser, "DIR", "folder for the results, default: <FILE's name>_analysis")
+    _json(parser, "the summary")
+
+
+def _study(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        help="validation, distribution, initial-speed, synchronisation, stiffness, rigid-arms, rigid-arm-map, "
+        "vibration, marshalling, monte-carlo, a study file, or 'sweep' with --scenario and --over or --draw",
+    )
+    _output(parser, "DIR", "folder of the results, default: <STUDY>_study")
+    _scenario(parser, "of a sweep: name of a shipped scenario, or a file")
+    _repeatable(
+        parser,
+        "--over",
+        "KEY=VALUES",
+        "vary a value of the scenario: V1,V2,... or FROM:TO:STEP; repeated: all combinations",
+    )
+    _repeatable(
+        parser,
+        "--draw",
+        "KEY=LAW",
+        "draw a value in each sample: uniform(LOW,HIGH) or normal(MEAN,SD); may be repeated",
+    )
+    parser.add_argument("--samples", metavar="N", type=int, help="random samples of each combination")
+    parser.add_argument("--seed", metavar="N", type=int, help="of the random samples, default 0")
+    _set(parser, "replace a value of the scenario in all cases; may be repeated")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--jobs", metavar="N", type=int, help="cases at a time, default: the number of cores")
+    where.add_argument(
+        "--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, such as tcp://10.0.0.1:8786"
+    )
+    _json(parser, "the findings")
+    _quiet(parser, "findings")
+
+
+def _recover(parser: ArgumentParser) -> None:
+    _file(parser, "such as FILE.mcap.active")
+    _output(parser, "FILE.mcap", "the new file", required=True)
+    _json(parser)
+
+
+def _replay(parser: ArgumentParser) -> None:
+    _file(parser)
+    _set(parser, "replace a value of the scenario for another run with the same commands; may be repeated; needs -o")
+    _output(parser, "NEW.mcap", "record that run to this new file")
+    _json(parser)
+
+
+def _node(parser: ArgumentParser) -> None:
+    _scenario(parser, "name of a shipped scenario, or a file")
+    parser.add_argument("--record", metavar="FILE.mcap", help="record to this new file; 'none': no recording")
+    _repeatable(
+        parser,
+        "--param",
+        "NAME:=VALUE",
+        "a parameter of the node, such as radio.slave_1.delay:=0.5; may be repeated",
+        dest="parameters",
+    )
+
+
+def _brake(parser: ArgumentParser) -> None:
+    parser.add_argument("locomotive", metavar="LOCOMOTIVE", help="master, slave_1, slave_2 ...")
+    demand = parser.add_mutually_exclusive_group(required=True)
+    demand.add_argument("demand", metavar="DEMAND", type=float, nargs="?", help="0 release .. 1 full service")
+    demand.add_argument("--emergency", action="store_true", help="emergency application")
+    demand.add_argument("--release-emergency", action="store_true", help="end an emergency, at standstill only")
+
+
+def _file(parser: ArgumentParser, help_text: str | None = None) -> None:
+    parser.add_argument("file", metavar="FILE", type=Path, help=help_text)
+
+
+def _output(parser: ArgumentParser, metavar: str, help_text: str, *, required: bool = False) -> None:
+    parser.add_argument("-o", "--output", metavar=metavar, type=Path, required=required, help=help_text)
+
+
+def _scenario(parser: ArgumentParser, help_text: str) -> None:
+    parser.add_argument("--scenario", metavar="SCENARIO", help=help_text)
+
+
+def _set(parser: ArgumentParser, help_text: str) -> None:
+    _repeatable(parser, "--set", "KEY=VALUE", help_text, dest="overrides")
+
+
+def _repeatable(parser: ArgumentParser, option: str, metavar: str, help_text: str, *, dest: str | None = None) -> None:
+    parser.add_argument(option, metavar=metavar, dest=dest, action="append", default=[], help=help_text)
+
+
+def _json(parser: ArgumentParser, what: str = "") -> None:
+    parser.add_argument("--json", action="store_true", help=" ".join(filter(None, ["print", what, "as JSON"])))
+
+
+def _quiet(parser: ArgumentParser, what: str) -> None:
+    parser.add_argument("--quiet", action="store_true", help=f"neither progress bar nor {what} in words")
+
+
+COMMANDS = (
+    Subcommand("run", "simulate a scenario as fast as it goes and print a summary", "haul_ros.cli.run:run", _run),
+    Subcommand("scenarios", "list the shipped scenarios", "haul_ros.cli.scenarios:scenarios", _scenarios),
+    Subcommand("info", "tell what is in a recording", "haul_ros.cli.info:info", _info),
+    Subcommand(
+        "analyze",
+        "peaks per coupler as tables and figures, from a recording",
+        "haul_ros.cli.analyze:analyze",
+        _analyze,
+    ),
+    Subcommand(
+        "study",
+        "the paper's studies and free parameter sweeps: tables, figures and what they show",
+        "haul_ros.cli.study:study",
+        _study,
+        epilog="A study goes on where it stopped: finished cases are kept in the folder.",
+    ),
+    Subcommand(
+        "recover",
+        "make an unfinished or damaged recording whole, in a new file",
+        "haul_ros.cli.recover:recover_file",
+        _recover,
+    ),
+    Subcommand(
+        "replay",
+        "simulate the recorded commands again and compare, or again with other parameters",
+        "haul_ros.cli.replay:replay",
+        _replay,
+    ),
+    Subcommand(
+        "node",
+        "run the live node (needs ROS 2)",
+        "haul_ros.cli.ros:node",
+        _node,
+        epilog="Anything from --ros-args on is handed to the node as it is.",
+    ),
+    Subcommand("brake", "send one brake command to the live node (needs ROS 2)", "haul_ros.cli.ros:brake", _brake),
+)
+"""In the order of the help. A new command is a row here, its arguments above, and the module that carries it out."""
