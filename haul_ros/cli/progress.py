@@ -24,7 +24,7 @@ class Progress:
         self._began: float | None = None
 
     def show(self, sample: Sample) -> None:
-        """Tell the state after a sample period."""
+        """Show the state after a sample period."""
         if self._bar.disable:
             return
         if self._began is None:

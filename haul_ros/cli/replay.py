@@ -21,7 +21,7 @@ from haul_ros.units import NS_PER_S
 
 
 class ReplayError(HaulError):
-    """A replay that is not told whole."""
+    """A replay that is not asked for whole."""
 
 
 def replay(arguments: argparse.Namespace) -> int:
@@ -69,11 +69,11 @@ def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
         assert recorder is not None
         with recorder, progress(session.scenario, quiet=arguments.json) as bar:
             again = simulate(session, encoder, recorder, bar.show, interrupted)
-        _tell(arguments, recorded, again)
+        _print(arguments, recorded, again)
         return 130 if interrupted() else 0
 
 
-def _tell(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary) -> None:
+def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary) -> None:
     if arguments.json:
         both = {"recorded": summary_json(recorded), "again": summary_json(again), "recording": str(arguments.output)}
         print(json.dumps(both, indent=2))

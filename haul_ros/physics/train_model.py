@@ -32,7 +32,7 @@ def kernel_is_cached() -> bool:
 
 
 class WaveKind(enum.IntEnum):
-    """What a brake wave tells the vehicles that it reaches."""
+    """What a brake wave asks of the vehicles that it reaches."""
 
     SERVICE = data.SERVICE
     RELEASE = data.RELEASE
