@@ -57,6 +57,8 @@ setup(
         "cluster": ["dask", "distributed"],
         "test": [
             "pytest",
+            "pytest-cov>=7",
+            "pytest-xdist",
             "hypothesis",
             "scipy",
             "mcap-ros2-support",

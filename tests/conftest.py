@@ -41,6 +41,21 @@ commands:
 """
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Live nodes are slow to start, and never beside one another: processes share the tests out by file."""
+    for item in items:
+        if "start_node" in getattr(item, "fixturenames", ()):
+            item.add_marker("slow")
+        item.add_marker(pytest.mark.xdist_group("ros" if item.path.parent.name == "ros" else item.path.name))
+
+
+@pytest.fixture(autouse=True)
+def unmeasured_processes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test starts is as little measured as the test itself."""
+    if request.node.get_closest_marker("no_cover"):
+        monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)
+
+
 @pytest.fixture(scope="session")
 def short_train() -> str:
     """A scenario of 22 vehicles that stop within seconds."""

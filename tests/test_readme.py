@@ -51,6 +51,7 @@ def test_python_in_the_readme_runs(capsys: pytest.CaptureFixture[str], tmp_path:
     assert namespace["largest"].compression.shape == (207,)  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("picture", re.findall(r"!\[.*?\]\((.*?)\)", README))
-def test_pictures_of_the_readme_are_there(picture: str) -> None:
-    assert (ROOT / picture).is_file()
+def test_pictures_of_the_readme_are_there() -> None:
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
+    assert pictures
+    assert [picture for picture in pictures if not (ROOT / picture).is_file()] == []

@@ -85,6 +85,7 @@ def test_a_scheduler_that_is_none_is_one_line(haul: Haul) -> None:
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_finished_cases_and_the_same_command_goes_on(haul: Haul) -> None:
     arguments = [*SWEEP, "--over", "initial_speed_kmh=20:60:0.05", "--jobs", "1", "-o", "out"]
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])

@@ -59,7 +59,7 @@ def test_what_is_written_reads_back_the_same_in_the_same_order(data: dict[str, o
         ("a: *b\n", r"^x:1: not valid YAML: found undefined alias"),
         ("a: 1\n---\nb: 2\n", r"^x:2: not valid YAML: but found another document$"),
         ("a: &b [*b]\n", r"^x: not usable: nested too deeply, or inside itself$"),
-        ("a: " + "[" * 3000, r"^x: not usable: nested too deeply"),
+        ("a: " + "[" * 1000, r"^x: not usable: nested too deeply"),
         ("a: !!bool maybe\n", r"^x: not valid YAML: a value is not what its form says: 'maybe'$"),
         ("a: 2017-13-45\n", r"^x: not valid YAML: a value is not what its form says: month"),
         ("a: \x01\n", r"^x: not a YAML file: unacceptable character"),

@@ -97,6 +97,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("studies")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "numbers"),
     [
@@ -114,6 +115,7 @@ def test_the_paper_s_claims_hold_with_the_default_set(folder: Path, name: str, n
     assert all(number in text for number in numbers)
 
 
+@pytest.mark.slow
 def test_rigid_arms_lower_the_force_with_set_b_and_raise_it_with_set_a(folder: Path) -> None:
     claims = run_study(load_study("rigid-arms"), folder, local_pool).claims
     assert [claim.holds for claim in claims] == [True, True, False, False]
@@ -121,6 +123,8 @@ def test_rigid_arms_lower_the_force_with_set_b_and_raise_it_with_set_a(folder: P
     assert "824.1 kN (+17.9 %)" in claims[2].found
 
 
+@pytest.mark.slow
+@pytest.mark.no_cover
 def test_the_map_has_a_cell_for_each_wave_speed_and_build_up_time(tmp_path: Path) -> None:
     study = load_study("rigid-arm-map")
     _, waves, times, _ = study.axes
