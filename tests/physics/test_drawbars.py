@@ -134,3 +134,18 @@ def test_a_bar_extreme_is_the_largest_of_every_step() -> None:
     np.testing.assert_allclose(extremes.compression, np.maximum(forces.max(axis=0), 0.0), rtol=1e-12)
     np.testing.assert_allclose(extremes.tension, np.maximum(-forces.min(axis=0), 0.0), rtol=1e-12)
     np.testing.assert_array_equal(extremes.compression_stroke[RIGID], 0.0)
+
+
+@pytest.mark.interpreted
+def test_the_bars_of_a_lump_bear_the_traction_of_all_locomotives_of_an_instant_whatever_their_order() -> None:
+    found = []
+    for order in ((0, 3), (3, 0)):
+        train = model(train_of([vehicle(tractive_effort=500e3)] * 4, None), 0.0)
+        for locomotive in order:
+            train.set_traction(locomotive, 300e3)
+        train.advance(2)
+        found.append(train.extremes())
+    # Free wagons of equal mass: 600 kN on four of them are 150 kN each, so the bars bear 150, 0 and 150 kN.
+    for extremes in found:
+        np.testing.assert_allclose(extremes.tension, [150e3, 0.0, 0.0], atol=1e-6)
+        np.testing.assert_allclose(extremes.compression, [0.0, 0.0, 150e3], atol=1e-6)

@@ -103,8 +103,11 @@ def advance(blocks: Blocks, n_steps: int) -> None:
     parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
     gears, masses = gears_of(blocks.gears), masses_of(blocks.masses)
     take_up_traction(blocks)
-    if counters.step == 0:
+    # Once more before the first step, with all the traction of that instant: what lies between one locomotive's
+    # and the next one's is no state of the train.
+    if counters.step == 0 and (n_steps > 0 or counters.balanced == 0):
         balance_at_start(blocks)
+        counters.balanced = 1
     for _ in range(n_steps):
         start = counters.step * settings.time_step
         time = (counters.step + 1) * settings.time_step

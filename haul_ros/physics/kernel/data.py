@@ -343,10 +343,11 @@ head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions p
 
 COUNTERS = _record(
     "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
-    "#has_traction worst_residual"
+    "#has_traction #balanced worst_residual"
 )
 """Since the start; waves: under way; last_motion_step: after which something still moved, -1 if nothing ever did;
-has_traction: 1 once there was any; worst_residual: the largest one accepted in an unconverged step [N]."""
+has_traction: 1 once there was any; balanced: 1 once the initial state is in balance; worst_residual: the largest one
+accepted in an unconverged step [N]."""
 
 WAVE = _record("time speed level #kind #serial #origin #ahead #behind")
 """time at which it starts [s], speed [m/s], level: cylinder fraction asked for; serial: counts the
