@@ -73,7 +73,6 @@ def _net_outer_force(train: TrainModel, i: int) -> float:
     return -float(sample.brake_force[i]) - weight * (drag + _at(TRACK.grades, chainage))
 
 
-@pytest.mark.interpreted
 def test_bar_forces_hold_the_members_behind_them_in_equilibrium() -> None:
     train = _train(None)
     for _ in range(20):
