@@ -7,14 +7,15 @@ cd "$(dirname "$0")/.."
 check() {
     ruff check . && ruff format --check . && mypy && lint-imports
 }
-echo "haul_ros: ruff, mypy, import-linter, while the model is compiled"
-check &
+echo "haul_ros: ruff, mypy, import-linter"
+if [ $# -gt 0 ]; then
+    check
+    exec python -m pytest "$@"
+fi
+check & # while one core checks, the other one compiles the model for all tests
 python -m haul_ros run daqin_1_1_0 --set max_duration_s=1 --quiet
-wait $!
-
-[ $# -eq 0 ] || exec python -m pytest "$@"
-
 coverage erase
-# What is compiled leaves no trace: short trains show which lines of the kernel are run.
+# Compiled code leaves no trace: tests of short trains show what lines of the kernel are run
 NUMBA_DISABLE_JIT=1 coverage run -m pytest -q -m interpreted tests/physics tests/simulation || [ $? -eq 5 ]
+wait $!
 exec python -m pytest -n 2 --dist loadgroup --cov --cov-append --cov-report=term

@@ -124,7 +124,6 @@ def test_rigid_arms_lower_the_force_with_set_b_and_raise_it_with_set_a(folder: P
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_the_map_has_a_cell_for_each_wave_speed_and_build_up_time(tmp_path: Path) -> None:
     study = load_study("rigid-arm-map")
     _, waves, times, _ = study.axes
