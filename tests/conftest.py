@@ -41,6 +41,7 @@ commands:
 """
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Live nodes are slow to start, and never beside one another: processes share the tests out by file."""
     for item in items:

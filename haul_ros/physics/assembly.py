@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +27,20 @@ _NEVER_REACHED = 1e9
 _ROOM_FOR_WAVES = 64
 """Brake waves under way at one time, to begin with."""
 
+_PARAMETERS = (
+    "settings",
+    "mass_index",
+    "vehicle_parameters",
+    "members",
+    "mass_parameters",
+    "gear_parameters",
+    "hinges",
+    "grades",
+    "curves",
+)
+"""Blocks that are parameters."""
+
 Floats = NDArray[np.float64]
-_Array = TypeVar("_Array", bound=NDArray[Any])
 
 
 def assemble(
@@ -49,20 +60,20 @@ def assemble(
     """
     n_vehicles, n_masses, n_gears = len(consist.vehicles), len(lumped.mass), len(lumped.gears)
     blocks = Blocks(
-        settings=_read_only(_settings(lumped, brakes, track, time_step, tolerance)),
+        settings=_settings(lumped, brakes, track, time_step, tolerance),
         counters=np.zeros(1, data.COUNTERS).view(np.recarray),
         waves=np.zeros(_ROOM_FOR_WAVES, data.WAVE).view(np.recarray),
-        mass_index=_read_only(lumped.mass_index),
-        vehicle_parameters=_read_only(_vehicle_parameters(consist)),
+        mass_index=lumped.mass_index,
+        vehicle_parameters=_vehicle_parameters(consist),
         vehicles=_zeros("vehicles", n_vehicles),
-        members=_read_only(np.array(data.Members(lumped.first, lumped.end))),
-        mass_parameters=_read_only(np.array(data.MassParameters(lumped.mass))),
+        members=np.array(data.Members(lumped.first, lumped.end)),
+        mass_parameters=np.array(data.MassParameters(lumped.mass)),
         masses=_zeros("masses", n_masses),
-        gear_parameters=_read_only(_gear_parameters(lumped.gears)),
-        hinges=_read_only(_hinges(lumped.gears)),
+        gear_parameters=_gear_parameters(lumped.gears),
+        hinges=_hinges(lumped.gears),
         gears=_zeros("gears", n_gears),
-        grades=_read_only(_line_steps(track.grades, 1.0)),
-        curves=_read_only(_line_steps(track.curves, CURVE_RESISTANCE)),
+        grades=_line_steps(track.grades, 1.0),
+        curves=_line_steps(track.curves, CURVE_RESISTANCE),
         line_index=np.full((len(data.LineIndex._fields), n_vehicles), -1, dtype=np.int64),
     )
     train = named(blocks)
@@ -70,6 +81,13 @@ def assemble(
     train.masses.direction[:] = np.sign(initial_speed)
     train.gear_extremes.bottomed_time[:] = np.nan
     train.counters.last_motion_step[:] = 0 if train.masses.direction.any() else -1
+    return protected(blocks)
+
+
+def protected(blocks: Blocks) -> Blocks:
+    """The same memory, what nobody may write after assembly made read-only; copies of arrays have lost that."""
+    for name in _PARAMETERS:
+        getattr(blocks, name).flags.writeable = False
     return blocks
 
 
@@ -77,11 +95,6 @@ def with_room_for_waves(blocks: Blocks) -> Blocks:
     """The same memory with room for as many brake waves again."""
     more = np.zeros(len(blocks.waves), data.WAVE)
     return blocks._replace(waves=np.concatenate((blocks.waves, more)).view(np.recarray))
-
-
-def _read_only(array: _Array) -> _Array:
-    array.flags.writeable = False
-    return array
 
 
 def _zeros(block: str, columns: int) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.track import Track
-from haul_ros.physics.assembly import assemble, with_room_for_waves
+from haul_ros.physics.assembly import assemble, protected, with_room_for_waves
 from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
@@ -120,6 +121,14 @@ class TrainModel:
         self._blocks = blocks
         self._train = named(blocks)
         self._step = self._train.counters.step
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in ("_train", "_step")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # A copy: the names have to be views of its own memory.
+        self.__dict__.update(state)
+        self._use(protected(self._blocks))
 
     # -- running ---------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from haul_ros.errors import CommandError
@@ -28,13 +27,13 @@ class Locomotives:
     ``full_service`` is the cylinder pressure of a full service application as a fraction of emergency pressure.
     """
 
-    def __init__(self, model: TrainModel, full_service: float, log: Callable[[LogEntry], None]) -> None:
+    def __init__(self, model: TrainModel, full_service: float, log: list[LogEntry]) -> None:
         self._model = model
         self._full_service = full_service
         self._log = log
         self._brakes = {loco.name: _DriverBrake(loco.vehicle) for loco in model.consist.locomotives}
         for name in self._brakes:
-            log(AppliedBrake(0, name, 0.0))
+            log.append(AppliedBrake(0, name, 0.0))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -100,14 +99,14 @@ class Locomotives:
         self._model.set_traction(brake.vehicle, 0.0)
         self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
         self._apply(time, name, brake, 1.0)
-        self._log(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency latched"))
+        self._log.append(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency latched"))
 
     def _end_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
         if not brake.emergency or not self._model.at_standstill:
             return
         brake.emergency = False
         self._apply(time, name, brake, 0.0)
-        self._log(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency ended"))
+        self._log.append(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency ended"))
         # A brake pipe that is vented anywhere cannot be charged.
         if not any(other.emergency for other in self._brakes.values()):
             self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
@@ -115,4 +114,4 @@ class Locomotives:
     def _apply(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
         if demand != brake.demand:
             brake.demand = demand
-            self._log(AppliedBrake(seconds_to_ns(time), name, demand))
+            self._log.append(AppliedBrake(seconds_to_ns(time), name, demand))

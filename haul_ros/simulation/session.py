@@ -83,7 +83,7 @@ class Session:
         self._entries: list[LogEntry] = [
             TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
         ]
-        self._locomotives = Locomotives(self._model, scenario.brakes.full_service, self._entries.append)
+        self._locomotives = Locomotives(self._model, scenario.brakes.full_service, self._entries)
         self._events = EventDetector(scenario.consist, self._state(self.sample()))
         self._logged_step = -1
         self._extremes_due_ns = 0

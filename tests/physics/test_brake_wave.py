@@ -45,7 +45,7 @@ def test_every_brake_begins_exactly_when_the_first_wave_arrives_and_never_before
     starts: list[tuple[float, int]], n_steps: int
 ) -> None:
     train = _train()
-    for time, origin in starts:
+    for time, origin in sorted(starts):  # waves are started in the order of their times
         train.start_wave(time, origin, WaveKind.EMERGENCY)
     train.advance(n_steps)
     # Linear build-up: the pressure tells when the wave came, though no step ended there.

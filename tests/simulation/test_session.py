@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
@@ -198,3 +201,22 @@ def test_samples_are_copies() -> None:
 
 
 # -- log -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.deepcopy, lambda session: pickle.loads(pickle.dumps(session))], ids=["deepcopy", "pickle"]
+)
+def test_a_copy_of_a_session_goes_on_by_itself_as_the_original_does(copied: Callable[[Session], Session]) -> None:
+    session = Session(scenario((1.0, brake(0.5)), (3.0, emergency()), radio=JITTERY), play_commands=True)
+    session.advance(1500)
+    session.take_log()
+    other = copied(session)
+    samples = [session.advance(2500) for _ in range(2)]
+    log = session.take_log()
+    assert other.step == 1500
+    for sample in samples:
+        assert_same(other.advance(2500), sample)
+    assert other.take_log().entries == log.entries
+    assert any(isinstance(entry, AppliedBrake) for entry in log.entries)
+    with pytest.raises(ValueError, match="read-only"):
+        other._model.train.vehicle_parameters.mass[0] = 1.0
