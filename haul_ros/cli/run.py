@@ -26,7 +26,7 @@ from haul_ros.simulation.session import Session
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulate, record, print; the exit status is 130 if Ctrl-C ended it early."""
+    """Simulate, record, print; the exit status is 130 if Ctrl-C ended it early, 1 if energy came from nowhere."""
     scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
     with interruption() as interrupted:
         encoder = TelemetryEncoder(scenario.consist)
@@ -35,6 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
             announce_compilation()
             summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
         _print(arguments, summary, interrupted())
+        if summary.energy and summary.energy.fault:
+            return 1
         return 130 if interrupted() else 0
 
 

@@ -71,6 +71,8 @@ def warnings(summary: RunSummary) -> list[str]:
             f"{summary.solver.unconverged_steps} smallest parts of time steps did not converge (residual up to "
             f"{summary.solver.worst_residual:.3g} N): do not trust these numbers, try a smaller time_step_ms"
         )
+    if summary.energy and (fault := summary.energy.fault):
+        found.append(f"the energy balance does not hold, {fault}: do not trust these numbers")
     if summary.bottomed:
         more = f" and {len(summary.bottomed) - 1} more" if len(summary.bottomed) > 1 else ""
         found.append(f"draft gear closed fully at {summary.bottomed[0]}{more}: the force there is steel on steel")
@@ -149,7 +151,7 @@ def _energy(energy: EnergyBalance) -> str:
 
 def _newton(solver: StepStatistics) -> str:
     iterations = f"{solver.newton_iterations_mean:.2f} iterations a step, at most {solver.newton_iterations_max}"
-    divided = f"{solver.fallback_steps} of {solver.steps} steps divided"
+    divided = f"{solver.divided_steps + solver.fallback_steps} of {solver.steps} steps divided"
     return f"{iterations}; {divided}, {solver.unconverged_steps} unconverged"
 
 
@@ -191,6 +193,7 @@ def _newton_json(solver: StepStatistics) -> dict[str, float]:
         "steps": solver.steps,
         "iterations_mean": solver.newton_iterations_mean,
         "iterations_max": solver.newton_iterations_max,
+        "divided_steps": solver.divided_steps,
         "fallback_steps": solver.fallback_steps,
         "unconverged_steps": solver.unconverged_steps,
         "worst_residual_N": solver.worst_residual,

@@ -69,7 +69,7 @@ def assemble(
         members=np.array(data.Members(lumped.first, lumped.end)),
         mass_parameters=np.array(data.MassParameters(lumped.mass)),
         masses=_zeros("masses", n_masses),
-        gear_parameters=_gear_parameters(lumped.gears),
+        gear_parameters=_gear_parameters(lumped.gears, lumped.mass),
         hinges=_hinges(lumped.gears),
         gears=_zeros("gears", n_gears),
         grades=_line_steps(track.grades, 1.0),
@@ -80,6 +80,7 @@ def assemble(
     train.masses.velocity[:] = initial_speed
     train.masses.direction[:] = np.sign(initial_speed)
     train.gear_extremes.bottomed_time[:] = np.nan
+    train.counters.part[:] = data.PARTS
     train.counters.last_motion_step[:] = 0 if train.masses.direction.any() else -1
     return protected(blocks)
 
@@ -161,10 +162,11 @@ def _vehicle(vehicle: VehicleType, centre_offset: float) -> tuple[float, ...]:
     return tuple(numbers[name] for name in data.VehicleParameters._fields)
 
 
-def _gear_parameters(gears: Sequence[DraftGear]) -> Floats:
+def _gear_parameters(gears: Sequence[DraftGear], mass: Floats) -> Floats:
     parameters = data.GearParameters(
         inverse_transition_speed=np.array([1.0 / gear.transition_speed for gear in gears]),
         full_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
+        inverse_reduced_mass=1.0 / mass[:-1] + 1.0 / mass[1:],
     )
     return np.array(parameters, dtype=np.float64)
 

@@ -1,7 +1,10 @@
 """Energy balance of a run.
 
-With gamma = 1/2 and beta = 1/4 the change of kinetic energy in a step equals the work of the
-forces by the trapezoidal rule identically; what the balance leaves over is the Newton residual.
+With gamma = 1/2 and beta = 1/4 the change of kinetic energy in a step equals the work of the mean forces over the
+step identically. That of brakes, resistance, traction and gravity is summed up as force times displacement. The
+energy of the draft gears comes from their own law instead: what they store is the area under their curves, from the
+model of the gear and the present stroke; what they dissipate is the hysteresis over the way. So the balance closes,
+to the Newton residual, only if the kernel's coupler forces are those of the law.
 """
 
 from __future__ import annotations
@@ -13,12 +16,18 @@ import numpy as np
 from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.train_model import TrainModel
 
+_TOLERANCE = 1e-6
+"""Imbalance over the energy given to a train that is more than Newton residuals and rounding add up to."""
+
+_LEAST_ENERGY = 1.0
+"""Energy [J] below which nothing is told from that."""
+
 
 @dataclass(frozen=True, slots=True)
 class EnergyBalance:
     """Energies [J] since the start of a run.
 
-    ``gear_stored`` is what the draft gears would give back, ``gear_dissipated`` what they have
+    ``gear_stored`` is what the draft gears would give back if let out slowly, ``gear_dissipated`` what they have
     turned into heat; ``gravity_work`` and ``traction_work`` were given to the train.
     """
 
@@ -43,6 +52,17 @@ class EnergyBalance:
         given = self.kinetic_start + abs(self.gravity_work) + self.traction_work
         return self.imbalance / given if given > 0.0 else 0.0
 
+    @property
+    def fault(self) -> str | None:
+        """What cannot be of a run whose steps have converged, in a few words; None if all is well."""
+        scale = self.kinetic_start + abs(self.gravity_work) + self.traction_work
+        allowed = max(_TOLERANCE * scale, _LEAST_ENERGY)
+        if not abs(self.imbalance) <= allowed:
+            return f"{self.imbalance:.3g} J have come from nowhere"
+        if not self.gear_dissipated >= -allowed:
+            return f"the draft gears have given {-self.gear_dissipated:.3g} J more than they took"
+        return None
+
 
 def energy_balance(model: TrainModel) -> EnergyBalance:
     """Energy balance of a train from its start to the present time."""
@@ -57,5 +77,5 @@ def energy_balance(model: TrainModel) -> EnergyBalance:
         gravity_work=float(np.sum(vehicles.gravity_work)),
         traction_work=float(np.sum(vehicles.traction_work)),
         gear_stored=stored,
-        gear_dissipated=float(np.sum(gears.work)) - stored,
+        gear_dissipated=float(np.sum(gears.dissipated)),
     )

@@ -58,11 +58,12 @@ def side_hinges(gear: DraftGear, side: SideCurves) -> tuple[Floats, Floats, Floa
 
 
 def stored_energy(gear: DraftGear, stroke: float) -> float:
-    """Energy [J] that a gear gives back when let out at its transition speed or faster.
+    """Energy [J] that a gear gives back when it is let out slowly: the area under the mean of its curves.
 
-    This is the area under its unloading curve; let out more slowly it gives back more.
+    Let out at its transition speed or faster it gives back the area under its unloading curve; the rest is then
+    dissipated on the way out.
     """
     side = gear.compression if stroke >= 0.0 else gear.tension
-    knots, _, unloading = side_hinges(gear, side)
+    knots, loading, unloading = side_hinges(gear, side)
     past = np.maximum(0.0, abs(stroke) - knots)
-    return float(np.sum(0.5 * unloading * past**2))
+    return float(np.sum(0.25 * (loading + unloading) * past**2))

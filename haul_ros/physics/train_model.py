@@ -45,13 +45,15 @@ class WaveKind(enum.IntEnum):
 class StepStatistics:
     """How the steps went since the start.
 
-    ``fallback_steps`` did not converge whole and were divided; ``unconverged_steps`` is the number
+    ``divided_steps`` were done in parts because they met stiff contacts of draft gears; ``fallback_steps`` did not
+    converge whole and were divided; ``unconverged_steps`` is the number
     of smallest parts taken all the same, with at most ``worst_residual`` [N].
     """
 
     steps: int
     newton_iterations: int
     newton_iterations_max: int
+    divided_steps: int
     fallback_steps: int
     unconverged_steps: int
     worst_residual: float
@@ -279,6 +281,7 @@ class TrainModel:
             steps=int(counters.step),
             newton_iterations=int(counters.newton_total),
             newton_iterations_max=int(counters.newton_max),
+            divided_steps=int(counters.divided_steps),
             fallback_steps=int(counters.fallback_steps),
             unconverged_steps=int(counters.unconverged_steps),
             worst_residual=float(counters.worst_residual),

@@ -58,6 +58,7 @@ def _solver(report: RunReport) -> DiagnosticStatus:
         "steps": solver.steps,
         "Newton iterations mean": f"{solver.newton_iterations_mean:.3f}",
         "Newton iterations max": solver.newton_iterations_max,
+        "divided steps": solver.divided_steps,
         "fallback steps": solver.fallback_steps,
         "unconverged steps": solver.unconverged_steps,
     }

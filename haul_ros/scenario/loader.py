@@ -12,7 +12,7 @@ from haul_ros.scenario.brakes import brake_system
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
-from haul_ros.scenario.operation import commands, radio_links, time_grid, track
+from haul_ros.scenario.operation import check_time_step, commands, radio_links, time_grid, track
 from haul_ros.scenario.overrides import alters_entry, apply
 from haul_ros.scenario.schema import SCENARIO, check, fill_defaults
 from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
@@ -61,6 +61,7 @@ def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Sc
     data = document.data
     train = consist(document)
     time_step, sample_rate = time_grid(document)
+    check_time_step(document, train)
     return Scenario(
         name=name,
         description=data["description"],

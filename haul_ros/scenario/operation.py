@@ -10,6 +10,7 @@ from haul_ros.model.consist import MASTER, Consist
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
+from haul_ros.physics.stiffness import largest_time_step
 from haul_ros.scenario.document import Document, KeyPath
 from haul_ros.units import seconds_to_ns
 
@@ -107,6 +108,20 @@ def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:
         for index, entry in enumerate(document.data["commands"])
     ]
     return tuple(sorted(timed, key=lambda command: command.time_ns))
+
+
+def check_time_step(document: Document, train: Consist) -> None:
+    """Refuse a time step that is too long for the stiffest contact, whatever it is divided into.
+
+    Raises
+    ------
+    ScenarioError
+        Says how long it may be.
+    """
+    largest, coupler = largest_time_step(train)
+    if document.data["time_step_ms"] / 1e3 > largest:
+        expected = f"must be at most {largest * 1e3:.3g} ms for the stiffness of {coupler} and the masses that it joins"
+        raise document.refusal(("time_step_ms",), expected)
 
 
 def time_grid(document: Document) -> tuple[float, float]:

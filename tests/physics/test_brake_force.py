@@ -80,6 +80,18 @@ def test_brake_force_is_shoes_times_pressure_times_friction_coefficient(shoe: st
     assert compared > 30
 
 
+@pytest.mark.parametrize("level", [0.2, 0.5, 0.8])
+def test_a_service_application_has_the_friction_coefficient_of_its_momentary_pressure(level: float) -> None:
+    shoe = "high-friction composite"
+    train = _wagon(shoe, 80 / 3.6, follows_pressure=False)
+    train.start_wave(0.0, 0, WaveKind.SERVICE, level)
+    for sample in history(train, 10_000, every=500)[1:]:
+        fraction = sample.cylinder_pressure[0] / PRESSURE
+        phi = FORMULAS[shoe](24.4 * fraction, float(sample.speed[0]) * 3.6, 80.0)
+        assert sample.brake_force[0] == pytest.approx(8 * 24.4e3 * fraction * phi, rel=1e-9)
+    assert fraction == pytest.approx(level)
+
+
 def test_the_initial_speed_of_the_formula_is_that_at_which_this_application_began() -> None:
     shoe = "high-phosphorus iron"
     train = _wagon(shoe, 100 / 3.6, follows_pressure=False)

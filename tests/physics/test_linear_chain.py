@@ -64,11 +64,10 @@ def _modal_displacements(time: float) -> Floats:
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("time_step", [1e-3, 10e-3, 100e-3])
+@pytest.mark.parametrize("time_step", [1e-3, 10e-3])
 def test_a_linear_chain_follows_the_exact_solution_of_newmark_s_equations(time_step: float) -> None:
     train = _chain(time_step)
     train.advance(round(END / time_step))
-    # Also at 100 ms, 27 times the highest mode's radian: the method is unconditionally stable.
     np.testing.assert_allclose(train.speed, _modal_velocities(END, time_step), rtol=0.0, atol=1e-8)
     assert_converged(train)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -9,10 +11,12 @@ from hypothesis import strategies as st
 
 from haul_ros.model.track import Track
 from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.kernel.newmark import CAPTURE_SPEED
 from haul_ros.physics.train_model import NEWTON_TOLERANCE, TrainModel, WaveKind
 from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
+    assert_converged,
     gear_forces,
     linear_gear,
     model,
@@ -189,3 +193,31 @@ def test_brakes_and_resistance_take_energy_and_never_push_along(speeds: list[flo
         # What the balance may leave over is the Newton residual times the way, and rounding.
         assert abs(balance.imbalance) <= NEWTON_TOLERANCE * path + 1e-12 * balance.kinetic_start
         brake_work, resistance_work = balance.brake_work, balance.resistance_work
+
+
+def test_when_a_train_with_slack_comes_to_rest_does_not_depend_on_the_time_step() -> None:
+    # The last of ten wagons runs into the others. Held by resistance alone, masses creep for long before they stand.
+    gear = replace(GEAR, slack=0.02)
+    stops = []
+    for time_step in (2e-3, 1e-3, 5e-4, 2.5e-4):
+        train = model(train_of([WAGON] * N, gear), np.array([0.0] * (N - 1) + [0.3]), time_step=time_step)
+        while not train.at_standstill:
+            train.advance(100)
+        stops.append(train.stop_time)
+    np.testing.assert_allclose(stops, stops[-1], rtol=0.0, atol=3e-3)
+
+
+@pytest.mark.interpreted
+def test_a_creeping_mass_without_friction_is_not_arrested() -> None:
+    train = model(train_of([vehicle()], None), 0.9 * CAPTURE_SPEED)
+    train.advance(100)
+    assert train.speed[0] == pytest.approx(0.9 * CAPTURE_SPEED, rel=1e-6)
+
+
+def test_a_heavy_rigid_train_converges_at_a_short_step_to_what_rounding_allows() -> None:
+    # 20 000 t at 22 m/s and 0.05 ms: velocities are rounded to 3.6e-15 m/s, which is 1.4 mN.
+    train = model(train_of([vehicle(20e6, resistance=WAGON_RESISTANCE)], None), 22.0, time_step=5e-5)
+    train.start_wave(0.0, 0, WaveKind.EMERGENCY)
+    train.advance(60_000)
+    assert_converged(train)
+    assert train.statistics().newton_iterations_max <= 2

@@ -27,6 +27,7 @@ SESSION = SessionStatus(
         steps=1000,
         newton_iterations=1250,
         newton_iterations_max=3,
+        divided_steps=0,
         fallback_steps=0,
         unconverged_steps=0,
         worst_residual=0.0,

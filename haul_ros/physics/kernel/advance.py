@@ -6,8 +6,8 @@ from haul_ros.physics.kernel._jit import entry, inner
 from haul_ros.physics.kernel.blocks import (
     Blocks,
     brakes_of,
-    gear_extremes_of,
     gear_parameters_of,
+    gear_trial_of,
     gears_of,
     mass_trial_of,
     masses_of,
@@ -17,70 +17,63 @@ from haul_ros.physics.kernel.blocks import (
 from haul_ros.physics.kernel.brake_force import fill_cylinders, interpolate_coefficients
 from haul_ros.physics.kernel.brake_wave import advance_waves
 from haul_ros.physics.kernel.commit import drawbars_at_end
-from haul_ros.physics.kernel.data import Floats, GearExtremes
-from haul_ros.physics.kernel.newmark import balance_at_start, largest_residual, newmark_step
+from haul_ros.physics.kernel.data import PARTS, Floats
+from haul_ros.physics.kernel.extremes import keep_extremes, keep_extremes_on_the_way
+from haul_ros.physics.kernel.newmark import balance_at_start, largest_residual, solve_step, take_step
+from haul_ros.physics.kernel.resolution import too_long
 from haul_ros.physics.kernel.traction import take_up_traction
 
-_SMALLEST = 256
-"""A step that does not converge is halved, down to this part of the time step."""
+
+@inner
+def _is_too_long(blocks: Blocks, h: float) -> bool:
+    return too_long(
+        gear_parameters_of(blocks.gear_parameters),
+        gears_of(blocks.gears),
+        gear_trial_of(blocks.gears),
+        h,
+        blocks.settings[0].time_step,
+    )
 
 
 @inner
 def _step(blocks: Blocks) -> int:
-    """One time step, whole or, where it does not converge, in smaller ones; returns Newton iterations."""
+    """One time step, whole or, where it does not converge or meets a stiff contact, in parts.
+
+    Returns the number of Newton iterations of the parts that were taken.
+    """
     counters = blocks.counters[0]
     time_step = blocks.settings[0].time_step
-    total = 0
-    done = 0
-    size = _SMALLEST
-    while done < _SMALLEST:
-        size = min(size, _SMALLEST - done)
-        if size < _SMALLEST:
-            interpolate_coefficients(brakes_of(blocks.vehicles), (done + size) / _SMALLEST)
-        iterations = newmark_step(blocks, time_step * (size / _SMALLEST), size == 1)
-        if iterations < 0 and size > 1:
-            counters.fallback_steps += 1 if size == _SMALLEST else 0
-            size //= 2
+    total, done, failed, divided = 0, 0, 0, 0
+    while done < PARTS:
+        part = counters.part
+        if part < PARTS:
+            interpolate_coefficients(brakes_of(blocks.vehicles), (done + part) / PARTS)
+        h = time_step * (part / PARTS)
+        iterations = solve_step(blocks, h)
+        if part > 1 and (iterations < 0 or _is_too_long(blocks, h)):
+            failed += 1 if iterations < 0 else 0
+            counters.part = part // 2
             continue
+        # Parts lie at multiples of their length.
+        grows = part < PARTS and (done + part) % PARTS % (2 * part) == 0 and not _is_too_long(blocks, 2.0 * h)
+        counters.part = 2 * part if grows else part
+        divided += 1 if part < PARTS else 0
+        keep_extremes_on_the_way(blocks, (counters.step + done / PARTS) * time_step, h)
+        take_step(blocks, h)
         if iterations < 0:
             counters.unconverged_steps += 1
             counters.worst_residual = max(
                 counters.worst_residual, largest_residual(mass_trial_of(blocks.masses).residual)
             )
         total += max(iterations, 0)
-        done += size
+        done += part
+        time = (counters.step + done / PARTS) * time_step
+        keep_extremes(blocks, time)
+        if blocks.settings[0].has_drawbars:
+            drawbars_at_end(blocks, time)
+    counters.fallback_steps += 1 if failed > 0 else 0
+    counters.divided_steps += 1 if divided > 0 and failed == 0 else 0
     return total
-
-
-@inner
-def _keep_largest(value: Floats, sign: float, largest: Floats) -> None:
-    for k in range(value.shape[0]):
-        largest[k] = max(largest[k], sign * value[k])
-
-
-@inner
-def _keep_time_of_largest(value: Floats, sign: float, largest: Floats, kept: Floats, time: float) -> None:
-    for k in range(value.shape[0]):
-        kept[k] = time if sign * value[k] > largest[k] else kept[k]
-
-
-@inner
-def _update_extremes(
-    force: Floats, stroke: Floats, extremes: GearExtremes, full_stroke: Floats, has_stops: int, time: float
-) -> None:
-    """Largest forces and strokes of both signs, and when a draft gear first closed."""
-    _keep_time_of_largest(force, 1.0, extremes.compression, extremes.compression_time, time)
-    _keep_time_of_largest(force, -1.0, extremes.tension, extremes.tension_time, time)
-    _keep_largest(force, 1.0, extremes.compression)
-    _keep_largest(force, -1.0, extremes.tension)
-    _keep_largest(stroke, 1.0, extremes.compression_stroke)
-    _keep_largest(stroke, -1.0, extremes.tension_stroke)
-    if has_stops:
-        bottomed_time = extremes.bottomed_time
-        for k in range(stroke.shape[0]):
-            open_so_far = bottomed_time[k] != bottomed_time[k]
-            if open_so_far and abs(stroke[k]) >= full_stroke[k]:
-                bottomed_time[k] = time
 
 
 @inner
@@ -101,7 +94,7 @@ def advance(blocks: Blocks, n_steps: int) -> None:
     counters = blocks.counters[0]
     settings = blocks.settings[0]
     parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
-    gears, masses = gears_of(blocks.gears), masses_of(blocks.masses)
+    masses = masses_of(blocks.masses)
     take_up_traction(blocks)
     # Once more before the first step, with all the traction of that instant: what lies between one locomotive's
     # and the next one's is no state of the train.
@@ -129,11 +122,5 @@ def advance(blocks: Blocks, n_steps: int) -> None:
         counters.newton_total += iterations
         counters.newton_max = max(counters.newton_max, iterations)
         counters.step += 1
-        full_stroke = gear_parameters_of(blocks.gear_parameters).full_stroke
-        _update_extremes(
-            gears.force, gears.stroke, gear_extremes_of(blocks.gears), full_stroke, settings.has_stops, time
-        )
-        if settings.has_drawbars:
-            drawbars_at_end(blocks, time)
         if _in_motion(masses.direction):
             counters.last_motion_step = counters.step

@@ -34,7 +34,8 @@ def _set_coefficients(settings: Record, parameters: VehicleParameters, brakes: B
     """Gain and offset [N] in ``brake force = gain * speed factor + offset`` for the present cylinder pressure."""
     total = brakes.fraction[i] * parameters.shoes[i] * parameters.shoe_force[i]
     k = parameters.shoe_force[i]
-    if settings.friction_follows_pressure:
+    # The paper's law, the coefficient at full pressure all along, is one for emergency applications.
+    if settings.friction_follows_pressure or brakes.latched[i] == 0.0:
         k *= brakes.fraction[i]
     k_offset = parameters.friction_k_offset[i]
     by_pressure = (k + k_offset) / (parameters.friction_k_gain[i] * k + k_offset)

@@ -7,6 +7,7 @@ from haul_ros.physics.kernel.blocks import (
     Blocks,
     drawbar_extremes_of,
     drawbars_of,
+    gear_trial_of,
     gears_of,
     mass_parameters_of,
     mass_trial_of,
@@ -19,6 +20,7 @@ from haul_ros.physics.kernel.blocks import (
 from haul_ros.physics.kernel.data import (
     Floats,
     GearState,
+    GearTrial,
     MassState,
     MassTrial,
     Members,
@@ -32,9 +34,12 @@ LEAST_FRICTION = 1e-9
 
 
 @inner
-def holding_force(mass: Floats, masses: MassState, new_applied_force: Floats, m: int, h: float) -> float:
-    """Mean friction force over the step that leaves a mass at rest at its end [N], forward positive."""
-    return -mass[m] * masses.velocity[m] / h - 0.5 * (masses.applied_force[m] + new_applied_force[m])
+def holding_force(mass: Floats, masses: MassState, applied_force: float, m: int, h: float) -> float:
+    """Mean friction force over the step that leaves a mass at rest at its end [N], forward positive.
+
+    ``applied_force`` is the mean over the step, too.
+    """
+    return -mass[m] * masses.velocity[m] / h - applied_force
 
 
 @inner
@@ -51,7 +56,7 @@ def _account_arrested(
     for m in range(mass.shape[0]):
         if trial.direction[m] != 0.0 or masses.velocity[m] == 0.0:
             continue
-        needed = holding_force(mass, masses, trial.applied_force, m, h)
+        needed = holding_force(mass, masses, trial.applied_force[m], m, h)
         mean = -needed / max(trial.friction[m], LEAST_FRICTION)
         mobilised = trial.mobilised[m]
         travelled = trial.displacement_change[m]
@@ -95,12 +100,24 @@ def mobilised_share(direction: float, applied_force: float, friction: float) -> 
 
 
 @inner
+def _applied_at_end(external_force: Floats, gear_force: Floats, applied_force: Floats) -> None:
+    """All forces but friction on every mass at the end of the step."""
+    last = applied_force.shape[0] - 1
+    applied_force[0] = external_force[0] + (gear_force[0] if last > 0 else 0.0)
+    for m in range(1, last):
+        applied_force[m] = external_force[m] + (gear_force[m] - gear_force[m - 1])
+    if last > 0:
+        applied_force[last] = external_force[last] - gear_force[last - 1]
+
+
+@inner
 def commit_forces(blocks: Blocks, h: float) -> None:
     """Forces of all vehicles at the end of the step, and their works."""
     masses, trial = masses_of(blocks.masses), mass_trial_of(blocks.masses)
     vehicles, vehicle_trial = vehicles_of(blocks.vehicles), vehicle_trial_of(blocks.vehicles)
+    _applied_at_end(trial.external_force, gear_trial_of(blocks.gears).force, masses.applied_force)
     for m in range(trial.mobilised.shape[0]):
-        trial.mobilised[m] = mobilised_share(trial.direction[m], trial.applied_force[m], trial.friction[m])
+        trial.mobilised[m] = mobilised_share(trial.direction[m], masses.applied_force[m], trial.friction[m])
     for m in range(trial.displacement_change.shape[0]):
         trial.displacement_change[m] = 0.5 * h * (masses.velocity[m] + trial.velocity[m])
     mobilised, travelled = vehicle_trial.mobilised, vehicle_trial.displacement_change
@@ -133,38 +150,40 @@ def excess_acceleration(applied_force: float, friction: float, mass: float) -> f
 
 
 @inner
-def commit_motion(mass: Floats, masses: MassState, trial: MassTrial, h: float) -> None:
-    """Motion of every mass at the end of the step."""
+def commit_motion(mass: Floats, masses: MassState, trial: MassTrial) -> None:
+    """Motion of every mass at the end of the step, and the forces that the next one starts from."""
     velocity, acceleration, displacement = masses.velocity, masses.acceleration, masses.displacement
-    direction, applied_force, friction = trial.direction, trial.applied_force, trial.friction
-    new_velocity, travelled = trial.velocity, trial.displacement_change
+    direction, friction = trial.direction, trial.friction
+    applied_force, friction_force = masses.applied_force, masses.friction_force
+    for m in range(friction_force.shape[0]):
+        friction_force[m] = trial.mobilised[m] * friction[m]
     for m in range(acceleration.shape[0]):
-        change = 2.0 / h * (new_velocity[m] - velocity[m]) - acceleration[m]
+        sliding = (applied_force[m] - friction_force[m]) / mass[m]
         excess = excess_acceleration(applied_force[m], friction[m], mass[m])
-        acceleration[m] = change if direction[m] != 0.0 else excess
+        acceleration[m] = sliding if direction[m] != 0.0 else excess
     for m in range(displacement.shape[0]):
-        displacement[m] += travelled[m]
+        displacement[m] += trial.displacement_change[m]
     for m in range(velocity.shape[0]):
-        velocity[m] = new_velocity[m]
+        velocity[m] = trial.velocity[m]
     for m in range(direction.shape[0]):
         masses.direction[m] = direction[m]
     for m in range(applied_force.shape[0]):
-        masses.applied_force[m] = applied_force[m]
+        masses.external_force[m] = trial.external_force[m]
 
 
 @inner
-def commit_gears(gears: GearState, new_stroke: Floats, new_rate: Floats, new_force: Floats) -> None:
-    """Strokes and forces of every draft gear at the end of the step, and the work by the trapezoidal rule."""
-    stroke, rate, force, work = gears.stroke, gears.stroke_rate, gears.force, gears.work
-    for k in range(work.shape[0]):
-        change = new_stroke[k] - stroke[k]
-        work[k] += 0.5 * (force[k] + new_force[k]) * change
+def commit_gears(gears: GearState, trial: GearTrial) -> None:
+    """Strokes and forces of every draft gear at the end of the step, and what its hysteresis dissipated in it."""
+    stroke, rate, force, dissipated = gears.stroke, gears.stroke_rate, gears.force, gears.dissipated
+    for k in range(dissipated.shape[0]):
+        change = trial.stroke[k] - stroke[k]
+        dissipated[k] += trial.hysteresis[k] * trial.transition[k] * change
     for k in range(stroke.shape[0]):
-        stroke[k] = new_stroke[k]
+        stroke[k] = trial.stroke[k]
     for k in range(rate.shape[0]):
-        rate[k] = new_rate[k]
+        rate[k] = trial.stroke_rate[k]
     for k in range(force.shape[0]):
-        force[k] = new_force[k]
+        force[k] = trial.force[k]
 
 
 @inner

@@ -28,6 +28,9 @@ Record = Any
 # Kinds of brake wave.
 SERVICE, RELEASE, EMERGENCY, EMERGENCY_RELEASE = 0, 1, 2, 3
 
+PARTS = 256
+"""A time step that is too long for what happens in it is done in parts, of down to this fraction of it."""
+
 
 class VehicleParameters(NamedTuple):
     """Data of every vehicle (v,)."""
@@ -191,6 +194,10 @@ class MassState(NamedTuple):
     """1 forward, -1 backward, 0 standing, held by friction [-]."""
     applied_force: Floats
     """All forces but friction [N]."""
+    external_force: Floats
+    """Traction and gravity [N]."""
+    friction_force: Floats
+    """Of brakes and resistance, against forward motion positive [N]."""
 
 
 class MassTrial(NamedTuple):
@@ -201,7 +208,7 @@ class MassTrial(NamedTuple):
     direction: Floats
     """As in `MassState` [-]."""
     applied_force: Floats
-    """All forces but friction [N]."""
+    """All forces but friction, mean over the step [N]."""
     external_force: Floats
     """Traction and gravity [N]."""
     friction: Floats
@@ -229,6 +236,8 @@ class GearParameters(NamedTuple):
     """1/Ve [s/m]."""
     full_stroke: Floats
     """At which the gear is closed, slack included [m]."""
+    inverse_reduced_mass: Floats
+    """1/m1 + 1/m2 of the masses that it joins [1/kg]."""
 
 
 class Hinges(NamedTuple):
@@ -257,29 +266,51 @@ class GearState(NamedTuple):
     """[m/s]"""
     force: Floats
     """[N]"""
-    work: Floats
-    """Done on the gear since the start [J]."""
+    dissipated: Floats
+    """By the hysteresis since the start [J]."""
 
 
 class GearTrial(NamedTuple):
-    """Trial values of every draft gear (m - 1,) for the end of the step."""
+    """Trial values of every draft gear (m - 1,) for the end of the step, or as means over the way of the step."""
 
     stroke: Floats
-    """[m]"""
+    """At the end [m]."""
     stroke_rate: Floats
-    """[m/s]"""
+    """At the end [m/s]."""
     force: Floats
-    """[N]"""
+    """At the end [N]."""
+    step_force: Floats
+    """Mean over the step [N]."""
+    stiffness: Floats
+    """Of this mean, by the stroke at the end [N/m]."""
     tangent: Floats
-    """dF/d(stroke rate at the end of the step) [N s/m]."""
+    """Of this mean, by the stroke rate at the end [N s/m]."""
+    low: Floats
+    """Smallest magnitude of the stroke on the way [m]."""
+    high: Floats
+    """Largest magnitude of the stroke on the way [m]."""
+    per_span: Floats
+    """1 / (high - low) [1/m]."""
+    share: Floats
+    """Part of the way past a knot [-]."""
+    lever: Floats
+    """How far past the knot the middle of that part lies [m]."""
     mean: Floats
-    """(fu + fl)/2 [N]."""
+    """(fu + fl)/2, mean over the way [N]."""
     mean_slope: Floats
-    """By stroke [N/m]."""
+    """By the magnitude of the stroke at the end [N/m]."""
     hysteresis: Floats
-    """(fu - fl)/2 [N]."""
+    """(fu - fl)/2, mean over the way [N]."""
     hysteresis_slope: Floats
-    """By stroke [N/m]."""
+    """By the magnitude of the stroke at the end [N/m]."""
+    transition: Floats
+    """w/Ve limited to -1 .. 1, mean between the stroke rates at start and end [-]."""
+    transition_slope: Floats
+    """By the stroke rate at the end [s/m]."""
+    end_mean: Floats
+    """(fu + fl)/2 at the end [N]."""
+    end_hysteresis: Floats
+    """(fu - fl)/2 at the end [N]."""
 
 
 class GearExtremes(NamedTuple):
@@ -343,10 +374,11 @@ head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions p
 
 COUNTERS = _record(
     "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
-    "#has_traction #balanced worst_residual"
+    "#has_traction #balanced #divided_steps #part worst_residual"
 )
 """Since the start; waves: under way; last_motion_step: after which something still moved, -1 if nothing ever did;
-has_traction: 1 once there was any; balanced: 1 once the initial state is in balance; worst_residual: the largest one
+has_traction: 1 once there was any; balanced: 1 once the initial state is in balance; divided_steps: done in parts
+because of a stiff contact; part: what is tried next of the time step, in 256ths; worst_residual: the largest one
 accepted in an unconverged step [N]."""
 
 WAVE = _record("time speed level #kind #serial #origin #ahead #behind")

@@ -2,13 +2,15 @@
 
 Unknown are the velocities v' at the end of the step. With these gamma and beta
 
-    a' = 2 (v' - v)/h - a,    x' = x + h/2 (v + v')
+    m (v' - v)/h = mean force over the step,    x' = x + h/2 (v + v')
 
-and Newton's method solves m a' = forces(x', v', t') with a symmetric tridiagonal tangent.
+and the mean is that of the values at both ends; for draft gears, whose curves have knots, it is taken along the way
+between both (`coupler`), so that a contact creates no energy. Newton's method solves the first equation with a
+symmetric tridiagonal tangent. Accelerations are those of the forces at the end.
 
 Brake and resistance are dry friction: they oppose motion while a mass slides, and hold it at
 v' = 0 as long as the force needed to do so stays below what they can give. A mass that comes to
-rest within the step needs the mean friction force m (v' - v)/h - (f + f')/2 over the step, f the applied force,
+rest within the step needs the mean friction force f - m (v' - v)/h over the step, f the mean applied force,
 so the kinetic energy that is lost equals the work done in that step too. A standing mass has a = 0, unless its
 friction no longer holds it at the end of the step: then it will slide in the next.
 """
@@ -40,10 +42,9 @@ from haul_ros.physics.kernel.commit import (
     commit_gears,
     commit_motion,
     drawbars_at_end,
-    excess_acceleration,
     holding_force,
 )
-from haul_ros.physics.kernel.coupler import coupler_forces
+from haul_ros.physics.kernel.coupler import forces_at_end, step_forces
 from haul_ros.physics.kernel.data import (
     BrakeState,
     Floats,
@@ -65,6 +66,12 @@ CAPTURE_SPEED = 1e-4
 
 Without it a mass that a coupler eases into balance would creep on for ever, ever more slowly.
 """
+
+ROUNDING = 4.0 * 2.3e-16
+"""Relative error of a change of momentum in a step, from that of the velocities at both ends, with a margin."""
+
+NOT_CONVERGED = -1
+"""Outcome of a step that Newton's method has not solved."""
 
 
 @inner
@@ -108,30 +115,30 @@ def _friction(
 
 
 @inner
-def _apply_forces(external_force: Floats, gear_force: Floats, applied_force: Floats) -> None:
-    """Force of couplers, traction and grade on every mass."""
+def _apply_forces(start: Floats, end: Floats, gear_force: Floats, applied_force: Floats) -> None:
+    """Force of couplers, traction and grade on every mass; that of the latter two is given at start and end."""
     last = applied_force.shape[0] - 1
-    applied_force[0] = external_force[0] + (gear_force[0] if last > 0 else 0.0)
+    applied_force[0] = 0.5 * (start[0] + end[0]) + (gear_force[0] if last > 0 else 0.0)
     for m in range(1, last):
-        applied_force[m] = external_force[m] + (gear_force[m] - gear_force[m - 1])
+        applied_force[m] = 0.5 * (start[m] + end[m]) + (gear_force[m] - gear_force[m - 1])
     if last > 0:
-        applied_force[last] = external_force[last] - gear_force[last - 1]
+        applied_force[last] = 0.5 * (start[last] + end[last]) - gear_force[last - 1]
 
 
 @inner
 def _equations(mass: Floats, masses: MassState, trial: MassTrial, gear_tangent: Floats, h: float) -> None:
     """Residual and tangent of every mass, as if all were sliding."""
-    velocity, acceleration = masses.velocity, masses.acceleration
+    velocity, friction_force = masses.velocity, masses.friction_force
     new_velocity, applied_force = trial.velocity, trial.applied_force
     direction, friction, friction_slope = trial.direction, trial.friction, trial.friction_slope
     diagonal, off_diagonal, residual = trial.diagonal, trial.off_diagonal, trial.residual
     last = mass.shape[0] - 1
+    per_step = 1.0 / h
     for m in range(last + 1):
-        change = 2.0 / h * (new_velocity[m] - velocity[m]) - acceleration[m]
-        force = applied_force[m] - direction[m] * friction[m]
-        residual[m] = force - mass[m] * change
+        force = applied_force[m] - 0.5 * (friction_force[m] + direction[m] * friction[m])
+        residual[m] = force - mass[m] * (per_step * (new_velocity[m] - velocity[m]))
     for m in range(last + 1):
-        diagonal[m] = 2.0 / h * mass[m] + friction_slope[m]
+        diagonal[m] = per_step * mass[m] + 0.5 * friction_slope[m]
     for k in range(last):
         diagonal[k] += gear_tangent[k]
     for k in range(last):
@@ -147,8 +154,11 @@ def _standing_equations(mass: Floats, masses: MassState, trial: MassTrial, h: fl
     for m in range(mass.shape[0]):
         if trial.direction[m] != 0.0:
             continue
-        needed = holding_force(mass, masses, trial.applied_force, m, h)
-        if abs(needed) > trial.friction[m]:
+        applied_force, friction = trial.applied_force[m], trial.friction[m]
+        needed = holding_force(mass, masses, applied_force, m, h)
+        # What it takes to end a creep counts for nothing: over a short step it would look like a large force.
+        creep_ends = abs(masses.velocity[m]) < CAPTURE_SPEED and abs(applied_force) < friction
+        if abs(needed) > friction and not creep_ends:
             loose += 1
             trial.direction[m] = 1.0 if needed < 0.0 else -1.0
         trial.residual[m] = 0.0
@@ -160,11 +170,13 @@ def _standing_equations(mass: Floats, masses: MassState, trial: MassTrial, h: fl
 
 
 @inner
-def _unbalanced(residual: Floats, tolerance: float) -> int:
-    """Number of masses that are not in balance within the tolerance."""
+def _unbalanced(mass: Floats, velocity: Floats, residual: Floats, tolerance: float, h: float) -> int:
+    """Number of masses that are not in balance within the tolerance, or what rounding allows."""
     count = 0
+    rounding = ROUNDING / h
     for m in range(residual.shape[0]):
-        count += 0 if abs(residual[m]) <= tolerance else 1
+        allowed = max(tolerance, mass[m] * abs(velocity[m]) * rounding)
+        count += 0 if abs(residual[m]) <= allowed else 1
     return count
 
 
@@ -206,8 +218,8 @@ def _external_forces(blocks: Blocks, h: float) -> None:
 @inner
 def _evaluate(blocks: Blocks, h: float) -> None:
     """All forces at the trial velocities."""
-    trial, gear_trial = mass_trial_of(blocks.masses), gear_trial_of(blocks.gears)
-    coupler_forces(
+    masses, trial, gear_trial = masses_of(blocks.masses), mass_trial_of(blocks.masses), gear_trial_of(blocks.gears)
+    step_forces(
         trial.velocity,
         gear_parameters_of(blocks.gear_parameters),
         hinges_of(blocks.hinges),
@@ -223,31 +235,22 @@ def _evaluate(blocks: Blocks, h: float) -> None:
         blocks.mass_index,
         members_of(blocks.members),
     )
-    _apply_forces(trial.external_force, gear_trial.force, trial.applied_force)
+    _apply_forces(masses.external_force, trial.external_force, gear_trial.step_force, trial.applied_force)
 
 
 @inner
 def balance_at_start(blocks: Blocks) -> None:
     """Forces and accelerations of the initial state, from its strokes and velocities."""
-    mass, masses, trial = (
-        mass_parameters_of(blocks.mass_parameters).mass,
-        masses_of(blocks.masses),
-        mass_trial_of(blocks.masses),
-    )
-    for m in range(mass.shape[0]):
+    masses, trial = masses_of(blocks.masses), mass_trial_of(blocks.masses)
+    for m in range(trial.velocity.shape[0]):
         trial.velocity[m] = masses.velocity[m]
         trial.direction[m] = masses.direction[m]
     _external_forces(blocks, 0.0)
     _evaluate(blocks, 0.0)
-    for m in range(mass.shape[0]):
-        applied_force, friction, direction = trial.applied_force[m], trial.friction[m], masses.direction[m]
-        sliding = (applied_force - direction * friction) / mass[m]
-        standing = excess_acceleration(applied_force, friction, mass[m])
-        masses.acceleration[m] = sliding if direction != 0.0 else standing
-        masses.applied_force[m] = applied_force
-    gear_trial = gear_trial_of(blocks.gears)
+    forces_at_end(gear_parameters_of(blocks.gear_parameters), hinges_of(blocks.hinges), gear_trial_of(blocks.gears))
     commit_forces(blocks, 0.0)
-    commit_gears(gears_of(blocks.gears), gear_trial.stroke, gear_trial.stroke_rate, gear_trial.force)
+    commit_motion(mass_parameters_of(blocks.mass_parameters).mass, masses, trial)
+    commit_gears(gears_of(blocks.gears), gear_trial_of(blocks.gears))
     if blocks.settings[0].has_drawbars:
         drawbars_at_end(blocks, 0.0)
 
@@ -264,11 +267,10 @@ def largest_residual(residual: Floats) -> float:
 
 
 @inner
-def newmark_step(blocks: Blocks, h: float, last_resort: bool) -> int:
-    """Advance the masses by ``h`` [s] under the brake coefficients ``gain`` and ``offset``.
+def solve_step(blocks: Blocks, h: float) -> int:
+    """Motion at the end of a step of ``h`` [s] under the brake coefficients ``gain`` and ``offset``, to the trial.
 
-    Returns the number of Newton iterations. A step that does not converge returns -1 and leaves
-    the state as it was, or takes the last iterate all the same with ``last_resort``.
+    Returns the number of Newton iterations, or NOT_CONVERGED.
     """
     mass, masses, trial = (
         mass_parameters_of(blocks.mass_parameters).mass,
@@ -283,15 +285,25 @@ def newmark_step(blocks: Blocks, h: float, last_resort: bool) -> int:
     while True:
         _evaluate(blocks, h)
         _equations(mass, masses, trial, gear_trial.tangent, h)
-        if _standing_equations(mass, masses, trial, h) + _unbalanced(trial.residual, tolerance) == 0:
+        loose = _standing_equations(mass, masses, trial, h)
+        if loose + _unbalanced(mass, trial.velocity, trial.residual, tolerance, h) == 0:
             break
         if iterations == MAX_ITERATIONS:
-            iterations = -1
-            break
+            return NOT_CONVERGED
         _correct(trial)
         iterations += 1
-    if iterations >= 0 or last_resort:
-        commit_forces(blocks, h)
-        commit_motion(mass, masses, trial, h)
-        commit_gears(gears_of(blocks.gears), gear_trial.stroke, gear_trial.stroke_rate, gear_trial.force)
     return iterations
+
+
+@inner
+def take_step(blocks: Blocks, h: float) -> None:
+    """Let what was solved for the end of the step be the present state."""
+    gear_trial = gear_trial_of(blocks.gears)
+    forces_at_end(gear_parameters_of(blocks.gear_parameters), hinges_of(blocks.hinges), gear_trial)
+    commit_forces(blocks, h)
+    commit_motion(
+        mass_parameters_of(blocks.mass_parameters).mass,
+        masses_of(blocks.masses),
+        mass_trial_of(blocks.masses),
+    )
+    commit_gears(gears_of(blocks.gears), gear_trial)

@@ -34,6 +34,7 @@ def take_up_traction(blocks: Blocks) -> None:
         blocks.counters[0].has_traction = 1
         m = blocks.mass_index[i]
         masses.applied_force[m] += change
+        masses.external_force[m] += change
         if masses.direction[m] != 0.0:
             masses.acceleration[m] += change / mass[m]
         else:
@@ -50,6 +51,7 @@ def _hold_standing(blocks: Blocks, m: int) -> None:
     )
     applied_force, friction = masses.applied_force[m], mass_trial_of(blocks.masses).friction[m]
     mobilised = mobilised_share(0.0, applied_force, friction)
+    masses.friction_force[m] = mobilised * friction
     if abs(applied_force) > friction:
         masses.acceleration[m] = (applied_force - mobilised * friction) / mass_parameters_of(
             blocks.mass_parameters

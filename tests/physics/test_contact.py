@@ -1,0 +1,212 @@
+"""Contacts at slack, stops and preload: no energy from nowhere, and the forces of an integration written apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from haul_ros.errors import ScenarioError
+from haul_ros.model.draft_gear import DraftGear, SideCurves
+from haul_ros.model.vehicle import VehicleType
+from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.lumping import lump
+from haul_ros.physics.train_model import TrainModel, WaveKind
+from haul_ros.scenario import load_scenario
+from tests.physics.physics_cases import brake_system, linear, model, train_of, vehicle
+from tests.physics.runge_kutta import Brakes, explicit_run
+
+Floats = NDArray[np.float64]
+
+LOADED, EMPTY, LOCOMOTIVE = vehicle(), vehicle(20e3, shoe_force=10e3), vehicle(184e3, shoes=16)
+MIXED = [LOCOMOTIVE, *[LOADED] * 15, *[EMPTY] * 14]
+WAVE, BUILD_UP = 250.0, 2.0
+
+
+def _gear(
+    loading: float,
+    unloading: float,
+    *,
+    slack: float = 0.0,
+    preload: float = 0.0,
+    stroke: float = 0.0,
+    stop: float = 0.0,
+) -> DraftGear:
+    side = SideCurves(linear(loading, preload), linear(unloading, preload * unloading / loading))
+    return DraftGear("gear", side, side, 0.01, slack, stroke or float("inf"), stop, 2.5e8 if preload else 0.0)
+
+
+GEARS = {
+    "hysteresis": _gear(3e7, 9e6),
+    "slack": _gear(3e7, 9e6, slack=0.01),
+    "stop": _gear(1e7, 5e6, stroke=0.01, stop=5e8),
+    "preload": _gear(2e7, 5e6, preload=60e3),
+    "everything": _gear(2e7, 5e6, slack=0.01, preload=60e3, stroke=0.01, stop=5e8),
+    "steel": _gear(1e7, 5e5, slack=0.01, stroke=0.02, stop=1e10),
+}
+
+
+def _braked(
+    vehicles: Sequence[VehicleType], gears: DraftGear | list[DraftGear | None], time_step: float, duration: float
+) -> TrainModel:
+    train = model(
+        train_of(vehicles, gears), 20.0, brakes=brake_system(wave=WAVE, full_time=BUILD_UP), time_step=time_step
+    )
+    train.start_wave(0.0, 0, WaveKind.EMERGENCY)
+    train.advance(round(duration / time_step))
+    return train
+
+
+def _reference(
+    vehicles: Sequence[VehicleType], gears: DraftGear | list[DraftGear | None], duration: float
+) -> tuple[Floats, Floats]:
+    """Largest buff and draft forces by explicit steps, converged to some 2e-4."""
+    train = train_of(vehicles, gears)
+    lumped = lump(train)
+    offsets = np.array(train.centre_offsets)
+    force = np.array([v.shoes * v.shoe_force * 0.3 for v in vehicles])
+    start = (offsets - offsets[0]) / WAVE
+    brakes = Brakes(
+        np.add.reduceat(force, lumped.first),
+        np.array([start[a:b].mean() for a, b in zip(lumped.first, lumped.end, strict=True)]),
+        BUILD_UP,
+    )
+    speed = np.full(len(lumped.mass), 20.0)
+    buff, draft, _, _ = explicit_run(lumped.mass, lumped.gears, brakes, speed, 2e-5, duration)
+    return buff, draft
+
+
+def _worst(train: TrainModel, reference: tuple[Floats, Floats]) -> float:
+    """Largest relative error of a coupler's peaks; peaks below a tenth of the train's are measured against that."""
+    floor = 0.1 * max(float(np.max(of_all)) for of_all in reference)
+    extremes = train.extremes()
+    geared = ~lump(train.consist).rigid
+    found = (extremes.compression[geared], extremes.tension[geared])
+    errors = [np.abs(a - b) / np.maximum(b, floor) for a, b in zip(found, reference, strict=True)]
+    return max(float(np.max(error)) for error in errors)
+
+
+@pytest.mark.parametrize("name", GEARS)
+def test_every_coupler_s_peak_at_1_ms_is_that_of_explicit_runge_kutta_steps(name: str) -> None:
+    train = _braked(MIXED, GEARS[name], 1e-3, 8.0)
+    assert _worst(train, _reference(MIXED, GEARS[name], 8.0)) < 5e-3
+    balance = energy_balance(train)
+    assert balance.fault is None
+    assert abs(balance.relative_imbalance) < 1e-9
+    assert balance.gear_dissipated > 0.0
+
+
+def test_peaks_between_lumps_on_drawbars_are_those_of_explicit_runge_kutta_steps_too() -> None:
+    # Brakes of a lump start one after the other: with 2 ms between them the mean instant is as good.
+    vehicles = [LOCOMOTIVE, *[vehicle(length=0.5)] * 12, *[vehicle(20e3, shoe_force=10e3, length=0.5)] * 12]
+    gears: list[DraftGear | None] = [GEARS["everything"], *[None, None, GEARS["everything"]] * 7, None, None]
+    train = _braked(vehicles, gears, 1e-3, 6.0)
+    assert _worst(train, _reference(vehicles, gears, 6.0)) < 5e-3
+
+
+@pytest.mark.parametrize("name", ["slack", "stop"])
+def test_peaks_converge_with_order_2_in_spite_of_slack_and_stops(name: str) -> None:
+    steps = (2e-3, 1e-3, 5e-4, 2.5e-4)
+    fine = _braked(MIXED, GEARS[name], 6.25e-5, 6.0).extremes()
+    errors = []
+    for step in steps:
+        found = _braked(MIXED, GEARS[name], step, 6.0).extremes()
+        buff = np.max(found.compression) - np.max(fine.compression)
+        draft = np.max(found.tension) - np.max(fine.tension)
+        errors.append(float(np.hypot(buff, draft)))
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order > 1.8
+
+
+@pytest.mark.parametrize("time_step", [2.5e-4, 1e-3, 5e-3, 10e-3])
+@pytest.mark.parametrize("stop", [5e8, 2e9, 1e10, 1e11])
+def test_two_vehicles_never_part_faster_than_they_met_and_bear_the_force_of_their_energy(
+    stop: float, time_step: float
+) -> None:
+    m1, m2, v, stroke, stiffness = 100e3, 20e3, 2.0, 0.02, 1e7
+    gear = _gear(stiffness, stiffness, stroke=stroke, stop=stop)
+    train = model(train_of([vehicle(m1), vehicle(m2)], gear), [0.0, v], time_step=time_step)
+    train.advance(1)
+    while train.sample().stroke[0] > 0.0:
+        assert energy_balance(train).fault is None
+        train.advance(1)
+    assert train.speed[0] - train.speed[1] <= v * (1.0 + 1e-9)
+    assert train.speed[0] - train.speed[1] > 0.95 * v  # the last step ends in the first part of the gear in draft
+    # Elastic: all energy of the relative motion is in the gear when both have the same speed.
+    in_stop = 0.5 * v**2 / (1.0 / m1 + 1.0 / m2) - 0.5 * stiffness * stroke**2
+    force, slope = stiffness * stroke, stiffness + stop
+    deepest = (-force + np.sqrt(force**2 + 2.0 * slope * in_stop)) / slope
+    assert train.extremes().compression[0] == pytest.approx(force + slope * deepest, rel=2e-3)
+
+
+def test_a_train_that_runs_on_steel_does_not_gain_speed() -> None:
+    # At 5 ms trapezoidal forces took this train to 915 km/h.
+    train = _braked(MIXED, _gear(1e7, 5e5, slack=0.01, stroke=0.02, stop=1e10), 5e-3, 12.0)
+    assert np.max(np.abs(train.speed)) < 20.0
+    balance = energy_balance(train)
+    assert balance.fault is None
+    assert 0.0 < balance.gear_dissipated < balance.kinetic_start
+
+
+def test_the_peak_of_an_mt_2_train_at_5_ms_is_within_1_percent_of_that_at_a_short_step() -> None:
+    loading = ((0.0, 0.0), (0.02, 140e3), (0.04, 370e3), (0.06, 820e3), (0.075, 1.5e6), (0.083, 2.27e6))
+    side = SideCurves(loading, tuple((stroke, 0.2 * force) for stroke, force in loading))
+    gear = DraftGear("MT-2", side, side, 0.01, maximum_stroke=0.083, bottoming_stiffness=5e8)
+    vehicles = [LOCOMOTIVE, *[LOADED] * 50, *[EMPTY] * 50]
+    peaks = []
+    for step in (2e-4, 5e-3):
+        extremes = _braked(vehicles, gear, step, 10.0).extremes()
+        peaks.append(max(np.max(extremes.compression), np.max(extremes.tension)))
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-2)
+
+
+def _random_train(random: np.random.Generator) -> tuple[list[VehicleType], list[DraftGear | None]]:
+    n = int(random.integers(4, 16))
+    vehicles = [
+        vehicle(float(random.uniform(20e3, 184e3)), shoe_force=float(random.uniform(1e4, 4e4))) for _ in range(n)
+    ]
+    gears: list[DraftGear | None] = []
+    for _ in range(n - 1):
+        loading = float(10 ** random.uniform(6.7, 7.8))
+        gears.append(
+            _gear(
+                loading,
+                loading * float(random.uniform(0.1, 1.0)),
+                slack=float(random.choice([0.0, 0.01, 0.02])),
+                preload=float(random.choice([0.0, 50e3])),
+                stroke=float(random.choice([0.0, 0.02, 0.05])),
+                stop=float(10 ** random.uniform(8.0, 9.3)),
+            )
+        )
+    return vehicles, gears
+
+
+@pytest.mark.slow
+def test_peaks_of_random_gears_at_1_ms_are_within_1_percent_of_those_at_an_eighth() -> None:
+    random = np.random.default_rng(8)
+    errors: list[float] = []
+    for _ in range(100):
+        vehicles, gears = _random_train(random)
+        coarse, fine = (_braked(vehicles, gears, step, 4.0) for step in (1e-3, 1.25e-4))
+        assert energy_balance(coarse).fault is None
+        reference = (fine.extremes().compression, fine.extremes().tension)
+        floor = 0.1 * max(float(np.max(of_all)) for of_all in reference)
+        for found, expected in zip((coarse.extremes().compression, coarse.extremes().tension), reference, strict=True):
+            errors.extend((np.abs(found - expected) / np.maximum(expected, floor)).tolist())
+    assert np.percentile(errors, 99) < 1e-2
+
+
+def test_a_time_step_too_long_for_the_stiffest_contact_is_refused_with_the_longest_one() -> None:
+    # 256 parts of 0.3 rad each on 100 000 + 30 kN/mm between two 100 t wagons, or one of them and a lighter vehicle.
+    changes = {
+        "couplers.paper_set_b.maximum_stroke_mm": 30,
+        "couplers.paper_set_b.bottoming_stiffness_kN_per_mm": 100_000,
+        "sample_rate_hz": 10,
+    }
+    longest = 256 * 0.3 / np.sqrt((1e11 + 3e7) * 2.0 / 100e3) * 1e3
+    assert longest > 50.0
+    load_scenario("daqin_1_2_1", changes | {"time_step_ms": 50})
+    with pytest.raises(ScenarioError, match=rf"time_step_ms.*100.*at most {longest:.3g} ms"):
+        load_scenario("daqin_1_2_1", changes | {"time_step_ms": 100})
