@@ -65,7 +65,8 @@ class VehicleType:
 
     Mass [kg], length over couplers [m]; ``shoe_force`` [N] is the force on each of the ``shoes``
     brake shoes and ``cylinder_pressure`` [Pa] the brake cylinder pressure, both in a fully
-    developed emergency application; ``max_tractive_effort`` [N] is 0 for a wagon.
+    developed emergency application; ``max_tractive_effort`` [N] is 0 for a wagon, ``max_power`` [W] that of its
+    traction, infinite: without a limit.
     """
 
     name: str
@@ -77,3 +78,4 @@ class VehicleType:
     friction: ShoeFriction
     cylinder_pressure: float
     max_tractive_effort: float = 0.0
+    max_power: float = math.inf

@@ -158,6 +158,7 @@ def _vehicle(vehicle: VehicleType, centre_offset: float) -> tuple[float, ...]:
         "friction_d_slope": friction.d_slope / friction.d_offset,
         "friction_v0_slope": friction.v0_slope,
         "friction_v0_reference": friction.v0_reference,
+        "max_power": vehicle.max_power,
     }
     return tuple(numbers[name] for name in data.VehicleParameters._fields)
 

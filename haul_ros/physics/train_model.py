@@ -171,9 +171,18 @@ class TrainModel:
         counters.waves = n + 1
 
     def set_traction(self, vehicle: int, force: float) -> None:
-        """Set the tractive effort [N] of a vehicle from the present time on."""
+        """Set the tractive effort [N] of a vehicle from the present time on; its power may give less."""
         self._train.vehicles.traction_demand[vehicle] = force
         advance(self._blocks, 0)
+
+    def set_radio_link(self, vehicle: int, connected: bool) -> None:
+        """Say whether the radio link to a locomotive is up; while it is down, a brake wave ends its traction.
+
+        If its brake is applied when the link goes down, traction ends then.
+        """
+        self._train.vehicles.link_down[vehicle] = 0.0 if connected else 1.0
+        if not connected and self.brake_target(vehicle) > 0.0:
+            self.set_traction(vehicle, 0.0)
 
     # -- observing ---------------------------------------------------------------------------------
 

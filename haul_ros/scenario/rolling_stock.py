@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from haul_ros.model.vehicle import RunningResistance, ShoeFriction, VehicleType, shoe_force_from_cylinder
@@ -66,6 +67,7 @@ def vehicle_types(data: dict[str, Any]) -> dict[str, VehicleType]:
             friction=frictions[entry["brake_shoe"]],
             cylinder_pressure=entry["cylinder_pressure_kPa"] * 1e3,
             max_tractive_effort=entry.get("max_tractive_effort_kN", 0.0) * 1e3,
+            max_power=entry.get("max_power_kW", math.inf) * 1e3,
         )
         for name, entry in data["vehicles"].items()
     }

@@ -64,6 +64,10 @@ class Locomotives:
             if command.value == 0.0 and brake.emergency and not self._model.at_standstill:
                 raise CommandError(f"{command.locomotive}: an emergency application ends at standstill only")
 
+    def set_radio_link(self, name: str, connected: bool) -> None:
+        """The link to a slave is up or down; while it is down, its brake pipe alone tells it to stop pulling."""
+        self._model.set_radio_link(self._brakes[name].vehicle, connected)
+
     def carry_out(self, time: float, command: Command) -> None:
         """A command takes effect at the locomotive that it names, at ``time`` [s]."""
         brake = self._brakes[command.locomotive]

@@ -218,6 +218,7 @@ class Session:
         if link.connected != before.connected:
             self._log_radio(f"{change.slave}: radio link {'up' if link.connected else 'down'}")
         self._radio.set_link(change.slave, link)
+        self._locomotives.set_radio_link(change.slave, link.connected)
 
     def _command(self, command: Command) -> None:
         self._locomotives.check(command)

@@ -120,13 +120,16 @@ def test_a_slave_whose_link_fails_holds_the_brake_that_it_has() -> None:
     assert session.radio_link("slave_3") == DOWN
 
 
-def test_a_slave_that_has_lost_its_link_stops_pulling_when_the_emergency_wave_reaches_it() -> None:
+@pytest.mark.parametrize("application", [emergency(), brake(0.4)])
+def test_a_slave_that_has_lost_its_link_stops_pulling_when_the_brake_pipe_tells_it_of_an_application(
+    application: Command,
+) -> None:
     session = Session(scenario(initial_speed=5.0))
     session.request(traction(400e3))
     session.advance(1000)
     for slave in SLAVES:
         session.request(RadioLinkChange.to(slave, DOWN))
-    session.request(emergency())
+    session.request(application)
     session.advance(3000)  # the wave has passed the whole train
     work = session.energy().traction_work
     session.advance(500)

@@ -113,7 +113,7 @@ def advance(blocks: Blocks, n_steps: int) -> None:
                 blocks.mass_index,
                 parameters.centre_offset,
                 brakes,
-                vehicles_of(blocks.vehicles).traction_demand,
+                vehicles_of(blocks.vehicles),
                 start,
                 time,
             )

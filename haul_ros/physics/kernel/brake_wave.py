@@ -14,6 +14,7 @@ from haul_ros.physics.kernel.data import (
     Ints,
     Record,
     Records,
+    VehicleState,
 )
 
 
@@ -40,7 +41,7 @@ def _arrive(
     settings: Record,
     wave: Record,
     brakes: BrakeState,
-    traction_demand: Floats,
+    vehicles: VehicleState,
     i: int,
     speed: float,
     start: float,
@@ -62,7 +63,7 @@ def _arrive(
         brakes.latched[i] = 1.0
         brakes.target[i] = 1.0
         brakes.latched_by[i] = max(brakes.latched_by[i], wave.serial)
-        traction_demand[i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
+        vehicles.traction_demand[i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
     elif wave.kind == EMERGENCY_RELEASE:
         brakes.latched[i] = 0.0
         brakes.target[i] = 0.0
@@ -71,6 +72,8 @@ def _arrive(
         # A weaker application, late from another locomotive, does not feed the pipe.
         brakes.target[i] = max(target, wave.level)
         brakes.applied_by[i] = max(brakes.applied_by[i], wave.serial)
+        if vehicles.link_down[i] != 0.0:  # the brake pipe is all that tells this locomotive of an application
+            vehicles.traction_demand[i] = 0.0
     elif wave.kind == RELEASE:
         brakes.target[i] = min(target, wave.level)
         brakes.released_by[i] = max(brakes.released_by[i], wave.serial)
@@ -91,7 +94,7 @@ def advance_waves(
     mass_index: Ints,
     centre_offset: Floats,
     brakes: BrakeState,
-    traction_demand: Floats,
+    vehicles: VehicleState,
     start: float,
     time: float,
 ) -> None:
@@ -112,7 +115,7 @@ def advance_waves(
                 if arrival > time:
                     break
                 speed = abs(velocity[mass_index[i]])
-                _arrive(settings, wave, brakes, traction_demand, i, speed, start, arrival)
+                _arrive(settings, wave, brakes, vehicles, i, speed, start, arrival)
                 i += direction
             if direction < 0:
                 wave.ahead = i

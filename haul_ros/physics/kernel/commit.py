@@ -137,7 +137,9 @@ def commit_forces(blocks: Blocks, h: float) -> None:
         vehicle_trial.resistance_force, mobilised, travelled, vehicles.resistance_force, vehicles.resistance_work
     )
     if blocks.counters[0].has_traction:
-        _commit_external(vehicles.traction_demand, travelled, vehicles.traction, vehicles.traction_work)
+        _commit_external(vehicle_trial.traction, travelled, vehicles.traction, vehicles.traction_work)
+        for i in range(vehicles.traction.shape[0]):
+            vehicles.traction_in_force[i] = vehicles.traction_demand[i]
     if blocks.settings[0].has_line:
         _commit_external(vehicle_trial.gravity, travelled, vehicles.gravity, vehicles.gravity_work)
 

@@ -71,6 +71,8 @@ class VehicleParameters(NamedTuple):
     """[s/m]"""
     friction_v0_reference: Floats
     """[m/s]"""
+    max_power: Floats
+    """Of traction; infinite: no limit [W]."""
 
 
 class VehicleState(NamedTuple):
@@ -79,7 +81,11 @@ class VehicleState(NamedTuple):
     traction: Floats
     """Tractive effort, forward positive [N]."""
     traction_demand: Floats
-    """Tractive effort from the present instant, or the end of the step, on [N]."""
+    """Tractive effort that is asked for from the present instant, or the end of the step, on [N]."""
+    traction_in_force: Floats
+    """The demand that ``traction`` comes from [N]."""
+    link_down: Floats
+    """1 for a locomotive whose radio link is down [-]."""
     gravity: Floats
     """Along the line, forward positive [N]."""
     brake_force: Floats
@@ -136,6 +142,8 @@ class BrakeState(NamedTuple):
 class VehicleTrial(NamedTuple):
     """Trial values of every vehicle (v,) for the end of the step."""
 
+    traction: Floats
+    """Tractive effort [N]."""
     gravity: Floats
     """[N]"""
     curve_drag: Floats

@@ -57,6 +57,7 @@ from haul_ros.physics.kernel.data import (
 )
 from haul_ros.physics.kernel.drawbar import collect, collect_both, spread
 from haul_ros.physics.kernel.resistance import line_forces, running_resistance
+from haul_ros.physics.kernel.traction import tractive_efforts
 from haul_ros.physics.kernel.tridiagonal import solve_tridiagonal
 
 MAX_ITERATIONS = 25
@@ -210,8 +211,17 @@ def _external_forces(blocks: Blocks, h: float) -> None:
             vehicle_trial_of(blocks.vehicles),
             h,
         )
+    if blocks.counters[0].has_traction:
+        tractive_efforts(
+            vehicle_parameters_of(blocks.vehicle_parameters),
+            vehicles_of(blocks.vehicles),
+            masses_of(blocks.masses),
+            blocks.mass_index,
+            vehicle_trial_of(blocks.vehicles).traction,
+            h,
+        )
     if settings.has_line or blocks.counters[0].has_traction:
-        traction, gravity = vehicles_of(blocks.vehicles).traction_demand, vehicle_trial_of(blocks.vehicles).gravity
+        traction, gravity = vehicle_trial_of(blocks.vehicles).traction, vehicle_trial_of(blocks.vehicles).gravity
         collect_both(traction, gravity, mass_trial_of(blocks.masses).external_force, members_of(blocks.members))
 
 

@@ -9,10 +9,35 @@ from haul_ros.physics.kernel.blocks import (
     mass_trial_of,
     masses_of,
     members_of,
+    vehicle_parameters_of,
     vehicle_trial_of,
     vehicles_of,
 )
 from haul_ros.physics.kernel.commit import mobilised_share
+from haul_ros.physics.kernel.data import Floats, Ints, MassState, VehicleParameters, VehicleState
+
+
+@inner
+def limited_effort(demand: float, max_power: float, speed: float) -> float:
+    """Tractive effort [N]: what is asked for, or what the power [W] gives at a speed [m/s] of either sign."""
+    speed = abs(speed)
+    return demand if demand * speed <= max_power else max_power / speed
+
+
+@inner
+def tractive_efforts(
+    parameters: VehicleParameters,
+    vehicles: VehicleState,
+    masses: MassState,
+    mass_index: Ints,
+    effort: Floats,
+    h: float,
+) -> None:
+    """Tractive effort of every vehicle at the end of a step, at the speed that the acceleration predicts."""
+    for i in range(effort.shape[0]):
+        m = mass_index[i]
+        speed = masses.velocity[m] + h * masses.acceleration[m]
+        effort[i] = limited_effort(vehicles.traction_demand[i], parameters.max_power[i], speed)
 
 
 @inner
@@ -26,13 +51,16 @@ def take_up_traction(blocks: Blocks) -> None:
         masses_of(blocks.masses),
         mass_parameters_of(blocks.mass_parameters).mass,
     )
+    max_power = vehicle_parameters_of(blocks.vehicle_parameters).max_power
     for i in range(vehicles.traction.shape[0]):
-        change = vehicles.traction_demand[i] - vehicles.traction[i]
-        if change == 0.0:
+        if vehicles.traction_demand[i] == vehicles.traction_in_force[i]:
             continue
-        vehicles.traction[i] = vehicles.traction_demand[i]
-        blocks.counters[0].has_traction = 1
         m = blocks.mass_index[i]
+        effort = limited_effort(vehicles.traction_demand[i], max_power[i], masses.velocity[m])
+        change = effort - vehicles.traction[i]
+        vehicles.traction_in_force[i] = vehicles.traction_demand[i]
+        vehicles.traction[i] = effort
+        blocks.counters[0].has_traction = 1
         masses.applied_force[m] += change
         masses.external_force[m] += change
         if masses.direction[m] != 0.0:
