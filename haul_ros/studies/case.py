@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from haul_ros.analysis.envelopes import largest_force
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
-from haul_ros.physics.kernel._jit import source_digest
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
+from haul_ros.studies.sources import results_digest
 from haul_ros.version import __version__
 
 _CHECK_EVERY = 1.0
@@ -144,8 +144,8 @@ class Finished(Generic[Result]):
 
 
 def key(scenario: Scenario) -> str:
-    """What a run depends on, as a digest: the complete scenario, the version of this package and its kernel."""
-    return hashlib.sha256(f"{__version__}\n{source_digest()}\n{scenario.document}".encode()).hexdigest()
+    """What a run depends on, as a digest: the complete scenario, the version of this package and its sources."""
+    return hashlib.sha256(f"{__version__}\n{results_digest()}\n{scenario.document}".encode()).hexdigest()
 
 
 def simulate(scenario: Scenario) -> CaseResult:
