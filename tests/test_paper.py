@@ -217,10 +217,11 @@ def test_the_validation_train_has_1050_kn_at_two_thirds_and_least_at_both_ends()
 # -- beyond the paper ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("coupler", "force"), [("paper_set_b", 353), ("paper_set_a", 282.5)])
-def test_a_realistic_build_up_gives_far_smaller_forces(coupler: str, force: float) -> None:
+@pytest.mark.parametrize(("coupler", "low", "high"), [("paper_set_b", 340, 355), ("paper_set_a", 250, 290)])
+def test_a_realistic_build_up_gives_far_smaller_forces(coupler: str, low: float, high: float) -> None:
+    # Ranges of a reference calculation written apart (its own build-ups of 8 to 18 s; a pneumatic brake gave 344, 276).
     overrides: Overrides = {"coupler": coupler} if coupler != "paper_set_b" else {}
-    assert stop("daqin_1_2_1_realistic", overrides).peak == pytest.approx(force, rel=REFERENCE)
+    assert low < stop("daqin_1_2_1_realistic", overrides).peak < high
 
 
 @pytest.mark.parametrize("name", ["daqin_1_2_1", "validation_ss3_c63"])
