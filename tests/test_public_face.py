@@ -38,3 +38,9 @@ def test_the_import_alone_loads_nothing_heavy() -> None:
     code = "import sys, haul_ros; print(*sorted({'numpy', 'numba', 'matplotlib', 'mcap', 'rclpy'} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == ""
+
+
+def test_reading_a_scenario_loads_no_compiler() -> None:
+    code = "import sys, haul_ros.scenario; print('numba' in sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == ["False"]

@@ -47,16 +47,19 @@ class EnergyBalance:
         return self.kinetic + spent - self.kinetic_start - self.gravity_work - self.traction_work
 
     @property
+    def _given(self) -> float:
+        """Energy that the train had or was given, to measure errors against [J]."""
+        return self.kinetic_start + abs(self.gravity_work) + self.traction_work
+
+    @property
     def relative_imbalance(self) -> float:
         """Imbalance over the initial kinetic energy, or over all work given to a train that started at rest."""
-        given = self.kinetic_start + abs(self.gravity_work) + self.traction_work
-        return self.imbalance / given if given > 0.0 else 0.0
+        return self.imbalance / self._given if self._given > 0.0 else 0.0
 
     @property
     def fault(self) -> str | None:
         """What cannot be of a run whose steps have converged, in a few words; None if all is well."""
-        scale = self.kinetic_start + abs(self.gravity_work) + self.traction_work
-        allowed = max(_TOLERANCE * scale, _LEAST_ENERGY)
+        allowed = max(_TOLERANCE * self._given, _LEAST_ENERGY)
         if not abs(self.imbalance) <= allowed:
             return f"{self.imbalance:.3g} J have come from nowhere"
         if not self.gear_dissipated >= -allowed:

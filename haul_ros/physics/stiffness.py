@@ -7,8 +7,7 @@ import numpy as np
 from haul_ros.model.consist import Consist
 from haul_ros.model.draft_gear import DraftGear
 from haul_ros.physics.hinges import side_hinges
-from haul_ros.physics.kernel.data import PARTS
-from haul_ros.physics.kernel.resolution import LARGEST_SWING
+from haul_ros.physics.kernel.data import LARGEST_SWING, PARTS
 from haul_ros.physics.lumping import lump
 
 

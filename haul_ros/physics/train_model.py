@@ -94,7 +94,6 @@ class TrainModel:
         *,
         initial_speed: ArrayLike,
         time_step: float = 1e-3,
-        tolerance: float = NEWTON_TOLERANCE,
     ) -> None:
         self.consist = consist
         self._wave_speeds = _brake_speeds(brakes)
@@ -113,7 +112,7 @@ class TrainModel:
                 track or Track(),
                 initial_speed=np.asarray(initial_speed, dtype=np.float64),
                 time_step=time_step,
-                tolerance=tolerance,
+                tolerance=NEWTON_TOLERANCE,
             )
         )
         advance(self._blocks, 0)

@@ -28,6 +28,12 @@ WAGON_RESISTANCE = RunningResistance(
 # A shoe whose friction coefficient is 0.3 whatever the force and the speed.
 CONSTANT_SHOE = ShoeFriction(scale=0.3, k_offset=1.0, k_gain=1.0, n_slope=0.0, n_offset=1.0, d_slope=0.0, d_offset=1.0)
 
+# MT-2 gear: 83 mm, 2.27 MN, gives back a fifth (shape of the curves assumed).
+MT2 = SideCurves(
+    ((0.0, 0.0), (0.02, 140e3), (0.04, 370e3), (0.06, 820e3), (0.075, 1.5e6), (0.083, 2.27e6)),
+    ((0.0, 0.0), (0.02, 28e3), (0.04, 74e3), (0.06, 164e3), (0.075, 300e3), (0.083, 454e3)),
+)
+
 
 def wagon_resistance(speed: float) -> float:
     """Specific resistance [N/N] of a loaded wagon at a speed [m/s], from the formula in km/h."""

@@ -105,13 +105,13 @@ def _run(mass, x, f, speeds, brakes, start, build_up, speed, h, n_steps):  # typ
         _accelerations(t + h, position + h * v3, v4, mass, x, f, speeds, brakes, start, build_up, force, a4)
         position = position + h / 6.0 * (speed + 2.0 * v2 + 2.0 * v3 + v4)
         speed = speed + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
-    return buff, draft, position, speed
+    return buff, draft
 
 
 def explicit_run(
     mass: Floats, gears: Sequence[DraftGear], brakes: Brakes, speed: Floats, step: float, duration: float
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Largest buff and draft force of every coupler (n - 1,) [N], and at the end displacement [m] and speed (n,) [m/s].
+) -> tuple[Floats, Floats]:
+    """Largest buff and draft force of every coupler, each (n - 1,) [N].
 
     ``mass`` (n,) [kg], ``speed`` (n,) at the start [m/s], ``step`` and ``duration`` [s].
     """
@@ -128,8 +128,6 @@ def explicit_run(
             more = [(last[0] + n, last[1] + slope * n) for n in range(1, longest - len(table) + 1)]
             x[k, side], f[k, side] = np.array(table + more).T
     speeds = np.array([gear.transition_speed for gear in gears])
-    run = _run(
-        mass, x, f, speeds, brakes.force, brakes.start, brakes.build_up, speed.copy(), step, round(duration / step)
-    )
-    buff, draft, displacement, end_speed = run
-    return buff, draft, displacement, end_speed
+    n_steps = round(duration / step)
+    buff, draft = _run(mass, x, f, speeds, brakes.force, brakes.start, brakes.build_up, speed.copy(), step, n_steps)
+    return buff, draft

@@ -15,6 +15,7 @@ from haul_ros.physics.energy import energy_balance
 from haul_ros.physics.kernel.coupler import step_forces
 from haul_ros.physics.train_model import TrainModel
 from tests.physics.physics_cases import (
+    MT2,
     assert_converged,
     gear_forces,
     history,
@@ -25,11 +26,6 @@ from tests.physics.physics_cases import (
     vehicle,
 )
 
-# MT-2 gear: 83 mm, 2.27 MN, gives back a fifth (shape of the curves assumed).
-MT2 = SideCurves(
-    ((0.0, 0.0), (0.02, 140e3), (0.04, 370e3), (0.06, 820e3), (0.075, 1.5e6), (0.083, 2.27e6)),
-    ((0.0, 0.0), (0.02, 28e3), (0.04, 74e3), (0.06, 164e3), (0.075, 300e3), (0.083, 454e3)),
-)
 STIFF = SideCurves(linear(3e7), linear(9e6))
 SOFT = SideCurves(linear(1.2e7), linear(8e6))
 PRELOADED = SideCurves(linear(2e7, preload=60e3), linear(5e6, preload=15e3))

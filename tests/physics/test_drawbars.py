@@ -132,6 +132,10 @@ def test_a_bar_extreme_is_the_largest_of_every_step() -> None:
     extremes = train.extremes()
     for extreme, sampled in ((extremes.compression, forces.max(axis=0)), (extremes.tension, -forces.min(axis=0))):
         np.testing.assert_allclose(extreme[RIGID], np.maximum(sampled, 0.0)[RIGID], rtol=1e-12)
+        # Draft gears may bear a little more between two steps.
+        geared = np.logical_not(RIGID)
+        assert np.all(extreme[geared] >= sampled[geared])
+        np.testing.assert_allclose(extreme[geared], np.maximum(sampled, 0.0)[geared], rtol=1e-4)
     np.testing.assert_array_equal(extremes.compression_stroke[RIGID], 0.0)
 
 

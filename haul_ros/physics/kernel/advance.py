@@ -6,9 +6,6 @@ from haul_ros.physics.kernel._jit import entry, inner
 from haul_ros.physics.kernel.blocks import (
     Blocks,
     brakes_of,
-    gear_parameters_of,
-    gear_trial_of,
-    gears_of,
     mass_trial_of,
     masses_of,
     vehicle_parameters_of,
@@ -22,17 +19,6 @@ from haul_ros.physics.kernel.extremes import keep_extremes, keep_extremes_on_the
 from haul_ros.physics.kernel.newmark import balance_at_start, largest_residual, solve_step, take_step
 from haul_ros.physics.kernel.resolution import too_long
 from haul_ros.physics.kernel.traction import take_up_traction
-
-
-@inner
-def _is_too_long(blocks: Blocks, h: float) -> bool:
-    return too_long(
-        gear_parameters_of(blocks.gear_parameters),
-        gears_of(blocks.gears),
-        gear_trial_of(blocks.gears),
-        h,
-        blocks.settings[0].time_step,
-    )
 
 
 @inner
@@ -50,12 +36,12 @@ def _step(blocks: Blocks) -> int:
             interpolate_coefficients(brakes_of(blocks.vehicles), (done + part) / PARTS)
         h = time_step * (part / PARTS)
         iterations = solve_step(blocks, h)
-        if part > 1 and (iterations < 0 or _is_too_long(blocks, h)):
+        if part > 1 and (iterations < 0 or too_long(blocks, h)):
             failed += 1 if iterations < 0 else 0
             counters.part = part // 2
             continue
         # Parts lie at multiples of their length.
-        grows = part < PARTS and (done + part) % PARTS % (2 * part) == 0 and not _is_too_long(blocks, 2.0 * h)
+        grows = part < PARTS and (done + part) % PARTS % (2 * part) == 0 and not too_long(blocks, 2.0 * h)
         counters.part = 2 * part if grows else part
         divided += 1 if part < PARTS else 0
         keep_extremes_on_the_way(blocks, (counters.step + done / PARTS) * time_step, h)

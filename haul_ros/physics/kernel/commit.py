@@ -100,14 +100,14 @@ def mobilised_share(direction: float, applied_force: float, friction: float) -> 
 
 
 @inner
-def _applied_at_end(external_force: Floats, gear_force: Floats, applied_force: Floats) -> None:
-    """All forces but friction on every mass at the end of the step."""
+def applied_forces(start: Floats, end: Floats, gear_force: Floats, applied_force: Floats) -> None:
+    """Force of couplers, traction and grade on every mass; of the latter two the mean of two instants."""
     last = applied_force.shape[0] - 1
-    applied_force[0] = external_force[0] + (gear_force[0] if last > 0 else 0.0)
+    applied_force[0] = 0.5 * (start[0] + end[0]) + (gear_force[0] if last > 0 else 0.0)
     for m in range(1, last):
-        applied_force[m] = external_force[m] + (gear_force[m] - gear_force[m - 1])
+        applied_force[m] = 0.5 * (start[m] + end[m]) + (gear_force[m] - gear_force[m - 1])
     if last > 0:
-        applied_force[last] = external_force[last] - gear_force[last - 1]
+        applied_force[last] = 0.5 * (start[last] + end[last]) - gear_force[last - 1]
 
 
 @inner
@@ -115,7 +115,8 @@ def commit_forces(blocks: Blocks, h: float) -> None:
     """Forces of all vehicles at the end of the step, and their works."""
     masses, trial = masses_of(blocks.masses), mass_trial_of(blocks.masses)
     vehicles, vehicle_trial = vehicles_of(blocks.vehicles), vehicle_trial_of(blocks.vehicles)
-    _applied_at_end(trial.external_force, gear_trial_of(blocks.gears).force, masses.applied_force)
+    force = gear_trial_of(blocks.gears).force
+    applied_forces(trial.external_force, trial.external_force, force, masses.applied_force)
     for m in range(trial.mobilised.shape[0]):
         trial.mobilised[m] = mobilised_share(trial.direction[m], masses.applied_force[m], trial.friction[m])
     for m in range(trial.displacement_change.shape[0]):

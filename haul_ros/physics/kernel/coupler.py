@@ -10,7 +10,7 @@ What acts on the masses over a step is the mean of m and d along the way that th
 the stroke rates at both ends. So the work of m is the change of the energy stored under it, whatever knots lie
 on the way, and that of d is at least zero: no contact gives back more than it took, at any step. (Discrete gradient
 by averaging: Gonzalez, J. Nonlinear Sci. 6, 1996; Quispel and McLaren, J. Phys. A 41, 2008. Where force is
-proportional to stroke and rate it is Newmark's mean of the forces at both ends, bit by bit of the derivation.)
+proportional to stroke and rate it is Newmark's mean of the forces at both ends.)
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _way(stroke: Floats, new_stroke: Floats, low: Floats, high: Floats, per_span
     for k in range(high.shape[0]):
         high[k] = max(abs(stroke[k]), abs(new_stroke[k]))
     for k in range(per_span.shape[0]):
-        per_span[k] = 1.0 / (high[k] - low[k])
+        per_span[k] = 1.0 / (high[k] - low[k]) if high[k] > low[k] else 0.0
 
 
 @inner
@@ -141,13 +141,13 @@ def _transition(
     for k in range(transition.shape[0]):
         start, end = rate[k] * inverse_speed[k], new_rate[k] * inverse_speed[k]
         low, high = min(start, end), max(start, end)
-        per_span = 1.0 / (high - low)
+        changes = high > low
+        per_span = 1.0 / (high - low) if changes else 0.0
         from_, to = min(1.0, max(-1.0, low)), min(1.0, max(-1.0, high))
         saturated = max(high - max(low, 1.0), 0.0) - max(min(high, -1.0) - low, 0.0)
         middle = 0.5 * (from_ + to)
         moved = middle - low if end >= start else high - middle
         still = 0.5 if abs(end) < 1.0 else 0.0
-        changes = high > low
         transition[k] = (saturated + (to - from_) * middle) * per_span if changes else to
         slope = ((to - from_) * per_span) * (moved * per_span)
         transition_slope[k] = (slope if changes else still) * inverse_speed[k]

@@ -31,6 +31,10 @@ SERVICE, RELEASE, EMERGENCY, EMERGENCY_RELEASE = 0, 1, 2, 3
 PARTS = 256
 """A time step that is too long for what happens in it is done in parts, of down to this fraction of it."""
 
+LARGEST_SWING = 0.3
+"""Of two masses in contact in a part [rad]; chosen as `resolution.STIFF_CONTACT` is. Here, for the check of a scenario
+reads it, and is not to load the compiler."""
+
 
 class VehicleParameters(NamedTuple):
     """Data of every vehicle (v,)."""
@@ -298,7 +302,7 @@ class GearTrial(NamedTuple):
     high: Floats
     """Largest magnitude of the stroke on the way [m]."""
     per_span: Floats
-    """1 / (high - low) [1/m]."""
+    """1 / (high - low), 0 where that is 0 [1/m]."""
     share: Floats
     """Part of the way past a knot [-]."""
     lever: Floats

@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.data import DrawbarExtremes, Floats, Ints, Members, VehicleState
+from haul_ros.physics.kernel.data import DrawbarExtremes, Floats, GearExtremes, Ints, Members, VehicleState
+
+
+@inner
+def keep_force(extremes: DrawbarExtremes | GearExtremes, i: int, force: float, time: float) -> None:
+    """Let a force be the largest so far in its direction if it is."""
+    if force > extremes.compression[i]:
+        extremes.compression[i] = force
+        extremes.compression_time[i] = time
+    elif -force > extremes.tension[i]:
+        extremes.tension[i] = -force
+        extremes.tension_time[i] = time
 
 
 @inner
@@ -67,9 +78,4 @@ def update_drawbars(
             holding = vehicles.brake_force[i] + vehicles.resistance_force[i]
             force += mass[i] * acceleration[m] - driving + holding
             bar_force[i] = force
-            if force > extremes.compression[i]:
-                extremes.compression[i] = force
-                extremes.compression_time[i] = time
-            elif -force > extremes.tension[i]:
-                extremes.tension[i] = -force
-                extremes.tension_time[i] = time
+            keep_force(extremes, i, force, time)

@@ -13,6 +13,7 @@ from haul_ros.physics.kernel.blocks import (
 )
 from haul_ros.physics.kernel.coupler import force_at
 from haul_ros.physics.kernel.data import Floats, GearExtremes
+from haul_ros.physics.kernel.drawbar import keep_force
 
 
 @inner
@@ -28,22 +29,17 @@ def _keep_time_of_largest(value: Floats, sign: float, largest: Floats, kept: Flo
 
 
 @inner
-def _keep_force(extremes: GearExtremes, k: int, force: float, time: float) -> None:
-    if force > extremes.compression[k]:
-        extremes.compression[k] = force
-        extremes.compression_time[k] = time
-    elif -force > extremes.tension[k]:
-        extremes.tension[k] = -force
-        extremes.tension_time[k] = time
+def _keep_closing(bottomed_time: Floats, k: int, stroke: float, full_stroke: float, time: float) -> None:
+    open_so_far = bottomed_time[k] != bottomed_time[k]
+    if open_so_far and abs(stroke) >= full_stroke:
+        bottomed_time[k] = time
 
 
 @inner
 def _keep_stroke(extremes: GearExtremes, k: int, stroke: float, full_stroke: float, time: float) -> None:
     extremes.compression_stroke[k] = max(extremes.compression_stroke[k], stroke)
     extremes.tension_stroke[k] = max(extremes.tension_stroke[k], -stroke)
-    open_so_far = extremes.bottomed_time[k] != extremes.bottomed_time[k]
-    if open_so_far and abs(stroke) >= full_stroke:
-        extremes.bottomed_time[k] = time
+    _keep_closing(extremes.bottomed_time, k, stroke, full_stroke, time)
 
 
 @inner
@@ -79,7 +75,7 @@ def keep_extremes_on_the_way(blocks: Blocks, start: float, h: float) -> None:
                 part = (at - g) / (new_g - g)
                 stroke = gears.stroke[k] + 0.5 * part * h * (rate + at / inverse_speed)
                 time = start + part * h
-                _keep_force(extremes, k, force_at(hinges, k, stroke, at), time)
+                keep_force(extremes, k, force_at(hinges, k, stroke, at), time)
                 if at == 0.0:
                     _keep_stroke(extremes, k, stroke, parameters.full_stroke[k], time)
 
@@ -97,8 +93,5 @@ def keep_extremes(blocks: Blocks, time: float) -> None:
     _keep_largest(stroke, -1.0, extremes.tension_stroke)
     if blocks.settings[0].has_stops:
         full_stroke = gear_parameters_of(blocks.gear_parameters).full_stroke
-        bottomed_time = extremes.bottomed_time
         for k in range(stroke.shape[0]):
-            open_so_far = bottomed_time[k] != bottomed_time[k]
-            if open_so_far and abs(stroke[k]) >= full_stroke[k]:
-                bottomed_time[k] = time
+            _keep_closing(extremes.bottomed_time, k, stroke[k], full_stroke[k], time)

@@ -38,6 +38,7 @@ from haul_ros.physics.kernel.blocks import (
 )
 from haul_ros.physics.kernel.brake_force import brake_forces
 from haul_ros.physics.kernel.commit import (
+    applied_forces,
     commit_forces,
     commit_gears,
     commit_motion,
@@ -113,17 +114,6 @@ def _friction(
     running_resistance(parameters, vehicle_trial)
     collect_both(vehicle_trial.brake_force, vehicle_trial.resistance_force, trial.friction, members)
     collect(vehicle_trial.friction_slope, trial.friction_slope, members)
-
-
-@inner
-def _apply_forces(start: Floats, end: Floats, gear_force: Floats, applied_force: Floats) -> None:
-    """Force of couplers, traction and grade on every mass; that of the latter two is given at start and end."""
-    last = applied_force.shape[0] - 1
-    applied_force[0] = 0.5 * (start[0] + end[0]) + (gear_force[0] if last > 0 else 0.0)
-    for m in range(1, last):
-        applied_force[m] = 0.5 * (start[m] + end[m]) + (gear_force[m] - gear_force[m - 1])
-    if last > 0:
-        applied_force[last] = 0.5 * (start[last] + end[last]) - gear_force[last - 1]
 
 
 @inner
@@ -245,7 +235,7 @@ def _evaluate(blocks: Blocks, h: float) -> None:
         blocks.mass_index,
         members_of(blocks.members),
     )
-    _apply_forces(masses.external_force, trial.external_force, gear_trial.step_force, trial.applied_force)
+    applied_forces(masses.external_force, trial.external_force, gear_trial.step_force, trial.applied_force)
 
 
 @inner

@@ -11,7 +11,8 @@ LARGEST_SWING and LARGEST_DECAY allow.
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.data import Floats, GearParameters, GearState, GearTrial
+from haul_ros.physics.kernel.blocks import Blocks, gear_parameters_of, gear_trial_of, gears_of
+from haul_ros.physics.kernel.data import LARGEST_SWING, Floats
 
 STIFF_CONTACT = 100.0
 """Angular frequency [rad/s] above which a contact is stiff: 100 t wagons on 500 kN/mm. At a step of 1 ms peaks of
@@ -19,9 +20,6 @@ trains with slack and stops are then within 0.5 % of those at shorter steps (tes
 
 FAST_TRANSITION = 250.0
 """Rate [1/s] above which a transition is fast; chosen as STIFF_CONTACT is."""
-
-LARGEST_SWING = 0.3
-"""Of a contact in a part [rad]; chosen as STIFF_CONTACT is."""
 
 LARGEST_DECAY = 0.6
 """Of a stroke rate in a part [-]; chosen as STIFF_CONTACT is."""
@@ -42,13 +40,17 @@ def _stiff_contacts(inverse_reduced_mass: Floats, stiffness: Floats, limit: floa
 
 @inner
 def _fast_transitions(
-    parameters: GearParameters, rate: Floats, new_rate: Floats, hysteresis: Floats, limit: float
+    inverse_speed: Floats,
+    inverse_reduced_mass: Floats,
+    rate: Floats,
+    new_rate: Floats,
+    hysteresis: Floats,
+    limit: float,
 ) -> int:
     """Number of transitions that are gone through at a rate above a limit.
 
     They are of no account where the stroke rate hardly changes.
     """
-    inverse_speed, inverse_reduced_mass = parameters.inverse_transition_speed, parameters.inverse_reduced_mass
     count = 0
     for k in range(rate.shape[0]):
         start = min(1.0, max(-1.0, rate[k] * inverse_speed[k]))
@@ -59,12 +61,23 @@ def _fast_transitions(
 
 
 @inner
-def too_long(parameters: GearParameters, gears: GearState, trial: GearTrial, h: float, time_step: float) -> bool:
+def too_long(blocks: Blocks, h: float) -> bool:
     """Whether a part of ``h`` [s] of a time step is too long for the contacts that it meets, once it is solved."""
+    time_step = blocks.settings[0].time_step
+    parameters, gears, trial = (
+        gear_parameters_of(blocks.gear_parameters),
+        gears_of(blocks.gears),
+        gear_trial_of(blocks.gears),
+    )
     swing = min(LARGEST_SWING, STIFF_CONTACT * time_step) / h
     decay = min(LARGEST_DECAY, FAST_TRANSITION * time_step) / h
-    return (
-        _stiff_contacts(parameters.inverse_reduced_mass, trial.stiffness, swing)
-        + _fast_transitions(parameters, gears.stroke_rate, trial.stroke_rate, trial.hysteresis, decay)
-        > 0
+    stiff = _stiff_contacts(parameters.inverse_reduced_mass, trial.stiffness, swing)
+    fast = _fast_transitions(
+        parameters.inverse_transition_speed,
+        parameters.inverse_reduced_mass,
+        gears.stroke_rate,
+        trial.stroke_rate,
+        trial.hysteresis,
+        decay,
     )
+    return stiff + fast > 0
