@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from haul_ros.analysis.envelopes import largest_force
@@ -24,6 +23,8 @@ HEAD_COLOUR = "#000000"
 TAIL_COLOUR = "#009E73"
 DIVERGING = "RdBu_r"
 """Colours of values of both signs."""
+FORCE_LABEL = "peak coupler force [kN]"
+STROKE_LABEL = "peak draft gear stroke [mm]"
 DASHES = ("-", "--", "-.", ":")
 
 DPI = 160
@@ -31,9 +32,6 @@ SIZE = (10.0, 6.8)
 """Width and height [inch] of two panels, one above the other."""
 LOW_SIZE = (10.0, 4.8)
 """The same of one panel, or of several side by side."""
-
-_LABEL_HEIGHT = 0.45
-"""Of the numbers and the label under axes [inch]."""
 
 
 def new_figure(title: str, size: tuple[float, float] = SIZE) -> Figure:
@@ -79,14 +77,14 @@ def plot_peak_forces(axes: Axes, x: FloatArray, extremes: CouplerExtremes) -> No
     axes.fill_between(x, largest_force(extremes) / 1e3, color=ENVELOPE_COLOUR, lw=0, label="|F|, larger of both")
     axes.plot(x, extremes.compression / 1e3, color=COMPRESSION_COLOUR, label="compression (buff)")
     axes.plot(x, extremes.tension / 1e3, color=TENSION_COLOUR, ls="--", label="tension (draft)")
-    axes.set_ylabel("peak coupler force [kN]")
+    axes.set_ylabel(FORCE_LABEL)
 
 
 def plot_peak_strokes(axes: Axes, x: FloatArray, extremes: CouplerExtremes, geared: NDArray[np.bool_]) -> None:
     """Largest strokes [mm] of the draft gears at axis positions ``x`` (n_couplers,): a rigid drawbar has none."""
     axes.plot(x[geared], extremes.compression_stroke[geared] * 1e3, color=COMPRESSION_COLOUR)
     axes.plot(x[geared], extremes.tension_stroke[geared] * 1e3, color=TENSION_COLOUR, ls="--")
-    axes.set_ylabel("peak draft gear stroke [mm]")
+    axes.set_ylabel(STROKE_LABEL)
 
 
 def legend_above(axes: Axes, offset: float) -> None:
@@ -96,17 +94,7 @@ def legend_above(axes: Axes, offset: float) -> None:
     )
 
 
-def legend_below(lowest: Axes, lines: Axes, columns: int) -> None:
-    """Names of lines under the lowest axes and their label, which the layout makes room for."""
+def legend_below(figure: Figure, lines: Axes, columns: int) -> None:
+    """Names of the lines of some axes under all axes, which the layout makes room for."""
     handles, labels = lines.get_legend_handles_labels()
-    below = lowest.transAxes + ScaledTranslation(0.0, -_LABEL_HEIGHT, lowest.figure.dpi_scale_trans)
-    lowest.legend(
-        handles,
-        labels,
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        bbox_transform=below,
-        ncol=columns,
-        frameon=False,
-        borderaxespad=0.0,
-    )
+    figure.legend(handles, labels, loc="outside lower center", ncol=columns, frameon=False)

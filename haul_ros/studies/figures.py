@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 from haul_ros.analysis.plotting import (
     DASHES,
+    FORCE_LABEL,
     LOW_SIZE,
+    STROKE_LABEL,
     TENSION_COLOUR,
     force_and_stroke,
     frame_train,
@@ -22,11 +24,21 @@ from haul_ros.analysis.plotting import (
     shades,
 )
 from haul_ros.model.sample import FloatArray
-from haul_ros.studies.case import CaseResult, Finished
-from haul_ros.studies.sweep import PaperValues, Sweep
+from haul_ros.studies.case import Case, CaseResult, Finished
+from haul_ros.studies.sweep import Axis, PaperValues, Point, Sweep
 from haul_ros.studies.tables import QUANTILES
 
 ALONG = "position along the train, 0 head .. 1 tail"
+
+UNITS = {
+    "kN_per_mm": "kN/mm", "kmh": "km/h", "hz": "Hz", "mps": "m/s", "permille": "per mille", "kPa": "kPa", "kN": "kN",
+    "kW": "kW", "mm": "mm", "ms": "ms", "t": "t", "m": "m", "s": "s",
+}  # fmt: skip
+"""Units in the names of keys, and how people write them."""
+
+_ROOM_FOR_LABEL = 1.15
+_EDGE = "<"
+"""Marker of what the paper says without a place."""
 
 
 def peaks_figure(study: Sweep, finished: Sequence[Finished[CaseResult]]) -> Figure:
@@ -53,8 +65,7 @@ def single_figure(result: CaseResult, paper: PaperValues, title: str) -> Figure:
     for axes in (force, stroke):
         frame_train(axes, 1.0)
         mark_locomotives(axes, _axis_positions(result))
-        axes.set_ylim(top=axes.get_ylim()[1] * 1.08)
-    legend_below(stroke, force, columns=3)
+    legend_below(figure, force, columns=3)
     return figure
 
 
@@ -63,51 +74,79 @@ def _mark_paper(axes: Axes, value: float | None, factor: float, position: float 
         return
     axes.axhline(value * factor, color="black", lw=1.0, ls=(0, (6, 3)))
     label = f"paper: {value * factor:g} {unit}" + (f" at {position:g}" if position is not None else "")
-    at, to_left = (position, False) if position is not None else (0.99, True)
     if position is not None:
         axes.plot([position], [value * factor], "k*", ms=11)
-    axes.annotate(
-        label,
-        (at, value * factor),
-        textcoords="offset points",
-        xytext=(0, 4),
-        ha="right" if to_left else "center",
-        va="bottom",
-    )
+    at, side = (position, "center") if position is not None else (0.99, "right")
+    axes.annotate(label, (at, value * factor), textcoords="offset points", xytext=(0, 4), ha=side, va="bottom")
+    axes.set_ylim(top=max(axes.get_ylim()[1], value * factor * _ROOM_FOR_LABEL))
 
 
 def profiles_figure(study: Sweep, finished: Sequence[Finished[CaseResult]]) -> Figure:
-    """|F| and stroke of several cases along the train; a star marks the paper's number where the case has its peak."""
-    figure, force, stroke = force_and_stroke(study.description)
-    for each, (colour, dashes) in zip(finished, _styles(study), strict=True):
-        result, geared = each.result, each.result.geared
-        force.plot(result.position[geared], result.force[geared] / 1e3, color=colour, ls=dashes, label=each.case.name)
-        stroke.plot(result.position[geared], result.stroke[geared] * 1e3, color=colour, ls=dashes)
-        text = study.paper_values(each.case)
-        if text.force is not None:
-            at = float(result.position[result.force.argmax()])
-            force.plot([at], [text.force / 1e3], "*", ms=13, mfc=colour, mec="black", zorder=4)
-    if any(text.force for text in study.paper):
-        force.plot([], [], "*", ms=13, mfc="white", mec="black", label="number in the paper's text")
-    force.set_ylabel("peak |F| in draft gears [kN]")
-    stroke.set_ylabel("peak stroke [mm]")
-    stroke.set_xlabel(ALONG)
-    same_locomotives = len({tuple(each.result.locomotives) for each in finished}) == 1
-    for axes in (force, stroke):
+    """|F| and stroke of several cases along the train.
+
+    Where several things are varied, each value of the first has panels of its own. The paper's text names forces and
+    not where they are: they are marked at the edge.
+    """
+    columns = _columns(study, finished)
+    figure = new_figure(study.description)
+    grid = figure.subplots(2, len(columns), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2))
+    for (name, cases), (force, stroke) in zip(columns.items(), grid.T, strict=True):
+        force.set_title(name, fontsize=10)
+        _draw_profiles(study, cases, force, stroke)
+        stroke.set_xlabel(ALONG)
+    for axes in grid.flat:  # which share their heights, so after all of them
         frame_train(axes, 1.0)
-        if same_locomotives:
-            mark_locomotives(axes, _axis_positions(finished[0].result))
-    legend_below(stroke, force, columns=3)
+    grid[0, 0].set_ylabel(FORCE_LABEL)
+    grid[1, 0].set_ylabel(STROKE_LABEL)
+    if any(text.force for text in study.paper):
+        label = "in the paper's text, which names no place"
+        grid[0, 0].plot([], [], ls="", marker=_EDGE, ms=9, mfc="white", mec="black", label=label)
+    legend_below(figure, grid[0, 0], columns=3)
     return figure
 
 
-def _styles(study: Sweep) -> list[tuple[FloatArray, str]]:
-    """Colour and dashes of the line of each case; where several things are varied, the first gives the colour."""
-    sizes = [size for size in (len(study.scenarios), *(len(axis.points) for axis in study.axes)) if size > 1]
-    if len(sizes) < 2:
-        return [(colour, DASHES[n % len(DASHES)]) for n, colour in enumerate(shades(len(study)))]
-    rest = len(study) // sizes[0]
-    return [(colour, DASHES[n % len(DASHES)]) for colour in shades(sizes[0], 0.6) for n in range(rest)]
+def _draw_profiles(study: Sweep, cases: Sequence[Finished[CaseResult]], force: Axes, stroke: Axes) -> None:
+    for number, (each, colour) in enumerate(zip(cases, shades(len(cases)), strict=True)):
+        result, geared, dashes = each.result, each.result.geared, DASHES[number % len(DASHES)]
+        labels = _labels(study, each.case)
+        label = ", ".join(labels[1:] or labels)
+        force.plot(result.position[geared], result.force[geared] / 1e3, color=colour, ls=dashes, label=label)
+        stroke.plot(result.position[geared], result.stroke[geared] * 1e3, color=colour, ls=dashes)
+        text = study.paper_values(each.case)
+        if text.force is not None:
+            force.plot([1.0], [text.force / 1e3], marker=_EDGE, ms=9, mfc=colour, mec="black", zorder=4, clip_on=False)
+    if len({tuple(each.result.locomotives) for each in cases}) == 1:
+        for axes in (force, stroke):
+            mark_locomotives(axes, _axis_positions(cases[0].result))
+
+
+def _columns(study: Sweep, finished: Sequence[Finished[CaseResult]]) -> Mapping[str, Sequence[Finished[CaseResult]]]:
+    """Cases by what is varied first, by its label, if more is varied; else all of them under none."""
+    found: dict[str, list[Finished[CaseResult]]] = {}
+    for each in finished:
+        first, *rest = _labels(study, each.case)
+        found.setdefault(first if rest else "", []).append(each)
+    return found
+
+
+def _labels(study: Sweep, case: Case) -> list[str]:
+    """A case in words, by what is varied: the scenario if there are several, then axes of more than one point."""
+    scenario = [case.scenario_name] if len(study.scenarios) > 1 else []
+    axes = [axis for axis in study.axes if len(axis.points) > 1]
+    return [*scenario, *(point_label(axis, axis.points[axis.index(case)]) for axis in axes)] or [case.name]
+
+
+def point_label(axis: Axis, point: Point) -> str:
+    """A point of an axis for people: ``delay 0.5 s`` for ``radio.default.delay_s=0.5``, variants by their name."""
+    if axis.name not in point.overrides:
+        return point.name
+    *parents, quantity = axis.name.split(".")
+    owner = [parents[1]] if len(parents) > 1 and parents[1] != "default" else []
+    unit = next((suffix for suffix in UNITS if quantity.endswith(f"_{suffix}")), None)
+    words = quantity.removesuffix(f"_{unit}").replace("_", " ")
+    value = point.overrides[axis.name]
+    number = f"{value:g}" if isinstance(value, float) else str(value)
+    return " ".join([*owner, words, number, *([UNITS[unit]] if unit else [])])
 
 
 def quantiles_figure(forces: FloatArray, position: FloatArray, title: str) -> Figure:
@@ -119,8 +158,8 @@ def quantiles_figure(forces: FloatArray, position: FloatArray, title: str) -> Fi
         label = "all cases" if low == 0.0 else f"{low * 100:g} to {high * 100:g} %"
         axes.fill_between(position, found[low], found[high], color=TENSION_COLOUR, alpha=shade, lw=0, label=label)
     axes.plot(position, found[0.5], color="black", lw=1.2, label=f"median of {len(forces)} cases")
-    axes.set_ylabel("peak |F| [kN]")
+    axes.set_ylabel(FORCE_LABEL)
     axes.set_xlabel(ALONG)
     frame_train(axes, 1.0)
-    legend_below(axes, axes, columns=4)
+    legend_below(figure, axes, columns=4)
     return figure

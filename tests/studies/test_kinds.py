@@ -16,12 +16,12 @@ from haul_ros.model.sample import CouplerExtremes
 from haul_ros.resources import config_dir
 from haul_ros.studies.case import Case, CaseResult, Finished
 from haul_ros.studies.definition import load_study
-from haul_ros.studies.figures import profiles_figure
+from haul_ros.studies.figures import point_label, profiles_figure
 from haul_ros.studies.kinds.rigid_arm_map import fitted_set, map_figure
 from haul_ros.studies.kinds.table import KINDS
 from haul_ros.studies.pools import local_pool
 from haul_ros.studies.study import run_study
-from haul_ros.studies.sweep import Axis, Point, Sweep, list_axis, variants_axis
+from haul_ros.studies.sweep import Axis, PaperValues, Point, Sweep, list_axis, variants_axis
 
 ARMS = "consist.1.drawbar_group: 2"
 WAVES = "brake_systems.paper_set_b.wave_speeds.emergency_mps"
@@ -185,11 +185,33 @@ def test_the_map_marks_nothing_that_is_not_on_it_or_not_fitted() -> None:
     assert fitted_set(Case("", "daqin_1_2_1", {"coupler": "realistic_120"}, {})) is None
 
 
-def test_of_two_axes_the_first_gives_the_colour_and_the_second_the_dashes() -> None:
-    gears = variants_axis("gear", {"soft, old": {"a": 1}, "stiff": {"a": 2}})
-    study = Sweep("mine", "", ("daqin_1_2_1",), axes=(gears, list_axis("b", [1, 2, 3])))
-    lines = profiles_figure(study, [made_up(case) for case in study.cases()]).axes[0].get_lines()
-    shown = [line for line in lines if not str(line.get_label()).startswith("_")]
-    colours, dashes = [str(line.get_color()) for line in shown], [line.get_linestyle() for line in shown]
-    assert colours[0] == colours[1] == colours[2] != colours[3] == colours[4] == colours[5]
-    assert dashes == ["-", "--", "-."] * 2
+def test_of_two_axes_the_first_gives_the_panels_and_the_second_the_lines_in_words() -> None:
+    axes = (variants_axis("set", {"B": {"y": 1}, "A": {"y": 2}}), list_axis("radio.default.delay_s", [0, 0.5, 1]))
+    study = Sweep("made up", "", ("train",), axes=axes, paper=(PaperValues({"set": "A"}, force=6e5),))
+    figure = profiles_figure(study, [made_up(case) for case in study.cases()])
+    left, right = figure.axes[:2]
+    assert [left.get_title(), right.get_title()] == ["B", "A"]
+    shown = [line for line in left.get_lines() if str(line.get_label()).startswith("delay")]
+    assert [line.get_label() for line in shown] == ["delay 0 s", "delay 0.5 s", "delay 1 s"]
+    assert len({str(line.get_color()) for line in shown}) == len({line.get_linestyle() for line in shown}) == 3
+    # The paper's force stands at the edge, in every case of its values, and nowhere along the train.
+    assert [np.asarray(line.get_xydata()).tolist() for line in right.get_lines() if line.get_marker() == "<"] == [
+        [[1.0, 600.0]]
+    ] * 3
+    assert left.get_ylim() == right.get_ylim()
+    assert right.get_ylim()[1] > max(np.max(np.asarray(line.get_ydata())) for line in right.get_lines()[:3])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "label"),
+    [
+        ("initial_speed_kmh", 40, "initial speed 40 km/h"),
+        ("vehicles.C80.mass_t", 101.5, "C80 mass 101.5 t"),
+        ("radio.slave_2.delay_s", 0.5, "slave_2 delay 0.5 s"),
+        ("couplers.ST.loading_stiffness_kN_per_mm", 20, "ST loading stiffness 20 kN/mm"),
+        ("coupler", "MT-2", "coupler MT-2"),
+    ],
+)
+def test_points_are_labelled_in_words_with_their_unit(key: str, value: object, label: str) -> None:
+    axis = list_axis(key, [value])
+    assert point_label(axis, axis.points[0]) == label
