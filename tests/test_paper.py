@@ -192,7 +192,7 @@ def test_rigid_pairs_raise_the_force_with_set_a() -> None:
     pairs: Overrides = {"consist.1.drawbar_group": 2, "consist.3.drawbar_group": 2}
     single, paired = stop("daqin_1_2_1_set_a"), stop("daqin_1_2_1_set_a", pairs)
     assert paired.peak > 1.1 * single.peak
-    assert paired.peak == pytest.approx(814, rel=PAPER)
+    assert paired.peak == pytest.approx(814, rel=REFERENCE)
 
 
 @pytest.mark.parametrize(("kmh", "force"), [(40, 796), (80, 700), (100, 669)])

@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _NAME_WIDTH = 18
+_STANDINGS = ("fitted", "assumed", "overridden")
 
 
 def rows(entries: Iterable[tuple[str, str]]) -> list[str]:
     """Lines of a name and a value, the values one below the other."""
     return [f"  {name:{_NAME_WIDTH}} {value}" for name, value in entries]
+
+
+def caveat_entries(caveats: Iterable[str]) -> list[tuple[str, str]]:
+    """Which catalogue entries hold values that were not published; JSON has every value."""
+    entries = [caveat.partition(": ") for caveat in caveats]
+    by_standing = {
+        word: list(dict.fromkeys(entry for entry, _, values in entries if word in values)) for word in _STANDINGS
+    }
+    return [(f"{word} values in", ", ".join(found)) for word, found in by_standing.items() if found]
 
 
 def file_size(size: int) -> str:

@@ -25,7 +25,7 @@ class ReplayError(HaulError):
 
 
 def replay(arguments: argparse.Namespace) -> int:
-    """Compare, or run again with changes; the exit status is 1 if the replay differs."""
+    """Compare, or run again with changes; the exit status is 1 if the replay differs or makes energy."""
     if arguments.overrides and arguments.output is None:
         raise ReplayError("--set changes the run: expected -o NEW.mcap, the file to record it to")
     with Recording(arguments.file) as recording:
@@ -70,6 +70,8 @@ def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
         with recorder, progress(session.scenario, quiet=arguments.json) as bar:
             again = simulate(session, encoder, recorder, bar.show, interrupted)
         _print(arguments, recorded, again)
+        if again.energy and again.energy.fault:
+            return 1
         return 130 if interrupted() else 0
 
 

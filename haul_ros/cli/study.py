@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from haul_ros.analysis.tables import parquet_available
 from haul_ros.cli.interrupt import interruption
-from haul_ros.cli.layout import rows
+from haul_ros.cli.layout import caveat_entries, rows
 from haul_ros.physics.train_model import kernel_is_cached
 from haul_ros.studies.definition import free_sweep, load_study
 from haul_ros.studies.errors import StudyError
@@ -27,7 +27,10 @@ FREE = "sweep"
 
 
 def study(arguments: argparse.Namespace) -> int:
-    """Run a study into a folder and print what it found; the exit status is 130 if Ctrl-C ended it early."""
+    """Run a study into a folder and print what it found.
+
+    The exit status is 130 if Ctrl-C ended it early, 1 if energy came from nowhere.
+    """
     sweep = _definition(arguments)
     open_pool = _pool(arguments)
     folder: Path = arguments.output or Path(f"{sweep.name}_study")
@@ -35,6 +38,8 @@ def study(arguments: argparse.Namespace) -> int:
     with interruption() as interrupted, tqdm(total=len(sweep), unit="case", leave=False, disable=hidden) as bar:
         outcome = run_study(sweep, folder, open_pool, on_finished=bar.update, stop=interrupted)
     _report(arguments, outcome, folder)
+    if outcome.faulty:
+        return 1
     return 0 if outcome.complete else 130
 
 
@@ -84,15 +89,21 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> No
         done = f"{outcome.finished} of {outcome.total} cases"
         print(f"{outcome.study.name}: {outcome.study.description or 'free sweep'}, {done}")
         claims = [f"  {claim}" for claim in outcome.claims]
-        print("\n".join([*claims, *rows(("written", str(file)) for file in outcome.files)]))
-    if outcome.unconverged:
-        more = f" and {len(outcome.unconverged) - 1} more" if len(outcome.unconverged) > 1 else ""
-        print(f"haul: warning: steps did not converge in case {outcome.unconverged[0]}{more}", file=sys.stderr)
+        written = [("written", str(file)) for file in outcome.files]
+        print("\n".join([*claims, *rows([*caveat_entries(outcome.caveats), *written])]))
+    _warn("steps did not converge in case", outcome.unconverged)
+    _warn("the energy balance does not hold, do not trust the numbers of case", outcome.faulty)
     if not parquet_available():
         print("haul: Parquet not written: needs pyarrow, pip install 'haul_ros[studies]'", file=sys.stderr)
     if not outcome.complete:
         left = f"{outcome.finished} of {outcome.total} cases are kept in {folder}"
         print(f"haul: interrupted, {left}: the same command goes on from there", file=sys.stderr)
+
+
+def _warn(problem: str, cases: Sequence[str]) -> None:
+    if cases:
+        more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
+        print(f"haul: warning: {problem} {cases[0]}{more}", file=sys.stderr)
 
 
 def _json(outcome: Outcome) -> dict[str, object]:
@@ -101,6 +112,12 @@ def _json(outcome: Outcome) -> dict[str, object]:
         "description": outcome.study.description,
         "finished": outcome.finished,
         "cases": outcome.total,
-        "claims": [{"claim": claim.text, "holds": claim.holds, "found": claim.found} for claim in outcome.claims],
+        "claims": [
+            {"claim": claim.text, "holds": claim.holds, "verdict": claim.verdict, "found": claim.found}
+            for claim in outcome.claims
+        ],
+        "caveats": list(outcome.caveats),
+        "unconverged_cases": list(outcome.unconverged),
+        "energy_fault_cases": list(outcome.faulty),
         "files": [str(file) for file in outcome.files],
     }

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from haul_ros.analysis.summary import CouplerPeak, RunSummary
-from haul_ros.cli.layout import rows
+from haul_ros.cli.layout import caveat_entries, rows
 from haul_ros.physics.energy import EnergyBalance
 from haul_ros.physics.train_model import StepStatistics
 from haul_ros.units import mps_to_kmh
@@ -32,8 +32,6 @@ _COMPARED: list[_Number] = [
 ]
 """Numbers of a run in the order of their lines, each with its name; the indented ones belong to the one above."""
 
-_STANDINGS = ("fitted", "assumed", "overridden")
-
 
 def summary_lines(summary: RunSummary) -> list[str]:
     """The summary in words, a line per fact."""
@@ -50,7 +48,7 @@ def summary_lines(summary: RunSummary) -> list[str]:
         entries.append(("Newton", _newton(summary.solver)))
     if summary.real_time_factor is not None:
         entries.append(("speed", f"{summary.real_time_factor:.0f} x real time"))
-    entries += _caveats(summary.caveats)
+    entries += caveat_entries(summary.caveats)
     return [f"{summary.scenario}: {summary.description}", *rows(entries)]
 
 
@@ -153,13 +151,6 @@ def _newton(solver: StepStatistics) -> str:
     iterations = f"{solver.newton_iterations_mean:.2f} iterations a step, at most {solver.newton_iterations_max}"
     divided = f"{solver.divided_steps + solver.fallback_steps} of {solver.steps} steps divided"
     return f"{iterations}; {divided}, {solver.unconverged_steps} unconverged"
-
-
-def _caveats(caveats: Iterable[str]) -> list[tuple[str, str]]:
-    """Which entries of the scenario hold values that were not published; JSON has every value."""
-    entries = [caveat.partition(": ") for caveat in caveats]
-    by_standing = {word: [entry for entry, _, values in entries if word in values] for word in _STANDINGS}
-    return [(f"{word} values in", ", ".join(found)) for word, found in by_standing.items() if found]
 
 
 def _peak_json(name: str, unit: str, factor: float, peak: CouplerPeak | None) -> dict[str, Any]:

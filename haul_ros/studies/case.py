@@ -62,7 +62,8 @@ class CaseResult:
     """What a run gave, in SI units.
 
     ``geared`` (n_couplers,) is false for rigid drawbars; ``locomotives`` are vehicle indices;
-    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is how far the head went.
+    ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is how far the head went;
+    ``energy_fault`` is that of the energy balance, in words, empty if it holds.
     """
 
     extremes: CouplerExtremes
@@ -72,6 +73,7 @@ class CaseResult:
     distance: float
     relative_imbalance: float
     unconverged_steps: int
+    energy_fault: str = ""
 
     @property
     def force(self) -> FloatArray:
@@ -127,6 +129,7 @@ class CaseResult:
                 distance=float(named["distance"]),
                 relative_imbalance=float(named["relative_imbalance"]),
                 unconverged_steps=int(named["unconverged_steps"]),
+                energy_fault=str(named["energy_fault"]),
             )
         except (zipfile.BadZipFile, KeyError, TypeError, EOFError) as error:
             raise ValueError(f"not a result: {error}") from error
@@ -161,13 +164,14 @@ def simulate(scenario: Scenario) -> CaseResult:
     while not session.finished:
         ahead = min(max(_CHECK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
         speed = float(session.advance(max(1, math.ceil(ahead / scenario.time_step))).speed.max())
-    stop_time = session.stop_time
+    stop_time, energy = session.stop_time, session.energy()
     return CaseResult(
         extremes=session.extremes(),
         geared=np.array([gear is not None for gear in scenario.consist.couplers], dtype=np.bool_),
         locomotives=np.array([locomotive.vehicle for locomotive in scenario.consist.locomotives], dtype=np.int64),
         stop_time=math.nan if stop_time is None else stop_time,
         distance=session.travelled,
-        relative_imbalance=session.energy().relative_imbalance,
+        relative_imbalance=energy.relative_imbalance,
         unconverged_steps=session.status().solver.unconverged_steps,
+        energy_fault=energy.fault or "",
     )

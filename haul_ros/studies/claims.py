@@ -15,15 +15,27 @@ TOLERANCE = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A claim of the paper, whether it holds (None: it cannot be decided, or there is none), and by how much."""
+    """A claim of the paper, whether it holds (None: it cannot be decided, or there is none), and by how much.
+
+    ``fitted``: the parameters were fitted to it, so that its holding is no prediction.
+    """
 
     text: str
     holds: bool | None
     found: str
+    fitted: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """What a computation says on the claim."""
+        if self.holds is None:
+            return "result"
+        if not self.holds:
+            return "contradicted"
+        return "reproduced (fitted)" if self.fitted else "predicted"
 
     def __str__(self) -> str:
-        verdict = {True: "holds", False: "does not hold", None: "result"}[self.holds]
-        return f"{verdict}: {self.text}: {self.found}"
+        return f"{self.verdict}: {self.text}: {self.found}"
 
 
 def peak(result: CaseResult) -> float:
@@ -36,10 +48,10 @@ def is_rising(values: Sequence[float]) -> bool:
     return all(before < after for before, after in pairwise(values))
 
 
-def about(what: str, paper: float, computed: float) -> Claim:
+def about(what: str, paper: float, computed: float, fitted: bool) -> Claim:
     """The claim that a force [N] is about that of the paper's text."""
     found = f"{kn(computed)}, {percent(computed, paper)}"
-    return Claim(f"{what} about {paper / 1e3:.0f} kN", abs(computed / paper - 1.0) <= TOLERANCE, found)
+    return Claim(f"{what} about {paper / 1e3:.0f} kN", abs(computed / paper - 1.0) <= TOLERANCE, found, fitted)
 
 
 def relative(value: float, reference: float) -> float:

@@ -10,12 +10,12 @@ from typing import Any
 from haul_ros.errors import ScenarioError
 from haul_ros.resources import config_dir, shipped_scenarios
 from haul_ros.scenario import parse_override
-from haul_ros.scenario.document import Document
+from haul_ros.scenario.document import Document, KeyPath
 from haul_ros.scenario.schema import check
 from haul_ros.scenario.yaml_file import parse_yaml, read_yaml
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.kinds.table import KINDS
-from haul_ros.studies.sweep import Axis, Draw, PaperValues, Sweep, list_axis, range_values, variants_axis
+from haul_ros.studies.sweep import Axis, Draw, PaperValues, Sweep, has_values, list_axis, range_values, variants_axis
 
 SCHEMA = "study.schema.json"
 
@@ -58,14 +58,18 @@ def load_study(name_or_path: str) -> Sweep:
             samples=data.get("samples", 0),
             seed=data.get("seed", 0),
             paper=tuple(map(_paper, data.get("paper", []))),
+            fitted=tuple(data.get("fitted", [])),
             kind=data.get("kind", "sweep"),
         )
         KINDS[study.kind].check(study)
     except StudyError as error:
         raise StudyError(f"{path}: {error}") from error
-    for number, values in enumerate(study.paper):
-        if not any(map(values.fits, study.cases())):
-            raise document.error(("paper", number, "where"), "no case of this study has these values")
+    named: dict[KeyPath, Mapping[str, object]]
+    named = {("paper", number, "where"): values.where for number, values in enumerate(study.paper)}
+    named |= {("fitted", number): where for number, where in enumerate(study.fitted)}
+    for place, where in named.items():
+        if not any(has_values(case, where) for case in study.cases()):
+            raise document.error(place, "no case of this study has these values")
     return study
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from haul_ros.analysis.plotting import save_png
@@ -28,7 +28,8 @@ RESULTS_FILE = "results.sqlite"
 class Outcome:
     """What a study has brought: ``finished`` of ``total`` cases, findings if all, and the files written.
 
-    ``unconverged`` are names of cases whose numbers are doubtful.
+    ``unconverged`` and ``faulty`` are names of cases whose numbers are doubtful: steps that did not converge, an
+    energy balance that does not hold. ``caveats`` are as those of a `Scenario`.
     """
 
     study: Sweep
@@ -37,6 +38,8 @@ class Outcome:
     claims: tuple[Claim, ...] = ()
     files: tuple[Path, ...] = ()
     unconverged: tuple[str, ...] = ()
+    faulty: tuple[str, ...] = ()
+    caveats: tuple[str, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -73,14 +76,14 @@ def run_study(
     HaulError
         The study cannot be, or cannot be run or written; nothing is made in the folder unless all axes can be loaded.
     """
-    study.check()
+    caveats = study.check()
     kind = KINDS[study.kind]
     if kind.compute is not None:
-        return _compute(study, kind, kind.compute, folder, on_finished)
+        return replace(_compute(study, kind, kind.compute, folder, on_finished), caveats=caveats)
     with open_pool() as pool, _store(folder) as store:
         done = run_cases(study.cases(), pool, store, on_finished=on_finished, stop=stop)
         with _writing(folder):
-            return _write(study, kind, folder, _Stored(store, done))
+            return replace(_write(study, kind, folder, _Stored(store, done)), caveats=caveats)
 
 
 @contextmanager
@@ -124,7 +127,8 @@ def _write(study: Sweep, kind: Kind, folder: Path, stored: _Stored) -> Outcome:
         claims = conclusion.claims
         files += _write_conclusion(study, folder, conclusion)
     unconverged = tuple(str(row["case"]) for row in rows if row["unconverged_steps"])
-    return Outcome(study, len(stored.done), len(study), tuple(claims), tuple(files), unconverged)
+    faulty = tuple(str(row["case"]) for row in rows if row["energy_fault"])
+    return Outcome(study, len(stored.done), len(study), tuple(claims), tuple(files), unconverged, faulty)
 
 
 def _write_conclusion(study: Sweep, folder: Path, conclusion: Conclusion) -> list[Path]:

@@ -75,9 +75,10 @@ class PaperValues:
     stroke: float | None = None
     position: float | None = None
 
-    def fits(self, case: Case) -> bool:
-        """Whether the case has the values of ``where``."""
-        return all(name in case.values and case.values[name] == value for name, value in self.where.items())
+
+def has_values(case: Case, where: Mapping[str, object]) -> bool:
+    """Whether a case has these values."""
+    return all(name in case.values and case.values[name] == value for name, value in where.items())
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,8 @@ class Sweep:
     """The cases of a study: every scenario with every combination of points, each with every random sample.
 
     The first n of more samples are those of n samples, and the samples are the same in all combinations.
-    ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`).
+    ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`). ``fitted`` has the values of
+    the cases whose claims the parameters were fitted to; none: what comes out was in no fit.
     """
 
     name: str
@@ -97,6 +99,7 @@ class Sweep:
     samples: int = 0
     seed: int = 0
     paper: tuple[PaperValues, ...] = ()
+    fitted: tuple[Mapping[str, object], ...] = ()
     kind: str = "sweep"
 
     def __len__(self) -> int:
@@ -114,10 +117,16 @@ class Sweep:
 
     def paper_values(self, case: Case) -> PaperValues:
         """What the paper says on a case: the first that fits."""
-        return next((values for values in self.paper if values.fits(case)), PaperValues())
+        return next((values for values in self.paper if has_values(case, values.where)), PaperValues())
 
-    def check(self) -> None:
+    def in_fit(self, *cases: Case) -> bool:
+        """Whether a claim on these cases, all without any, was in the fit of the parameters."""
+        return any(has_values(case, where) for case in cases or self.cases() for where in self.fitted)
+
+    def check(self) -> tuple[str, ...]:
         """Refuse what cannot be, before anything runs: loads the points of every axis, the others at their first.
+
+        Returns the statements of those loaded on fitted, assumed and changed data, as `Scenario.caveats`.
 
         Raises
         ------
@@ -127,12 +136,15 @@ class Sweep:
         samples = self._samples()
         last = (_sample_point(1, self.draws, samples[0]),) if self.draws else ()
         base = [axis.points[0] for axis in self.axes]
+        caveats: dict[str, None] = {}
         for scenario in self.scenarios:
-            self._case(scenario, tuple(base), last).load()
+            caveats |= dict.fromkeys(self._case(scenario, tuple(base), last).load().caveats)
             for number, axis in enumerate(self.axes):
                 rest = axis.points[1:] if len(axis.points) <= _CHECK_ALL else axis.points[-1:]
                 for point in rest:
-                    self._case(scenario, (*base[:number], point, *base[number + 1 :]), last).load()
+                    case = self._case(scenario, (*base[:number], point, *base[number + 1 :]), last)
+                    caveats |= dict.fromkeys(case.load().caveats)
+        return tuple(caveats)
 
     def _samples(self) -> NDArray[np.float64]:
         """Drawn values (samples, draws); one generator per draw, so that more of them change nothing in the others."""

@@ -37,6 +37,7 @@ def case_row(finished: Finished[CaseResult], paper: PaperValues) -> dict[str, ob
         "bottomed_couplers": int(np.isfinite(extremes.bottomed_time).sum()),
         "unconverged_steps": result.unconverged_steps,
         "relative_energy_imbalance": result.relative_imbalance,
+        "energy_fault": result.energy_fault or None,
         "paper_force_kN": None if paper.force is None else paper.force / 1e3,
         "paper_stroke_mm": None if paper.stroke is None else paper.stroke * 1e3,
     }

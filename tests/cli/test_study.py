@@ -37,10 +37,11 @@ def test_json_has_findings_and_files(haul: Haul) -> None:
     assert "sweep_study/sweep_quantiles.csv" in printed["files"]
 
 
-def test_a_named_study_says_whether_each_claim_holds(haul: Haul) -> None:
+def test_a_named_study_says_what_becomes_of_each_claim_and_what_is_fitted(haul: Haul) -> None:
     outcome = haul("study", "vibration")
     assert outcome.status == 0
-    assert "  holds: lower stiffness lowers all frequencies" in outcome.out
+    assert "  predicted: lower stiffness lowers all frequencies" in outcome.out
+    assert "  fitted values in   brake_systems.paper_set_b, couplers.paper_set_b, vehicles.C80\n" in outcome.out
     assert Path("vibration_study/vibration.csv").is_file()
 
 

@@ -137,5 +137,17 @@ def test_validation_wants_the_peak_at_two_thirds_and_least_at_the_ends() -> None
 
 
 def test_a_claim_reads_as_one_line() -> None:
-    assert str(Claim("the peak falls", True, "by 3 %")) == "holds: the peak falls: by 3 %"
-    assert str(Claim("the peak falls", False, "no")) == "does not hold: the peak falls: no"
+    assert str(Claim("the peak falls", True, "by 3 %", fitted=True)) == "reproduced (fitted): the peak falls: by 3 %"
+    assert str(Claim("the peak falls", True, "by 3 %")) == "predicted: the peak falls: by 3 %"
+    assert str(Claim("the peak falls", False, "no", fitted=True)) == "contradicted: the peak falls: no"
+    assert str(Claim("the peaks", None, "some")) == "result: the peaks: some"
+
+
+def test_a_claim_is_fitted_where_its_case_was_in_the_fit() -> None:
+    axes = (variants_axis("parameters", {"B": {"y": 1}, "A": {"y": 2}}), THREES)
+    study = replace(made_up(*axes), fitted=({"parameters": "B", "wagons": "pairs"},))
+    found = rigid_arms(study, finished(study, *(result([700 - n], 0.02 - n / 1e3) for n in range(6))))
+    assert [claim.fitted for claim in found] == [True, False, False, False]
+    assert [
+        claim.fitted for claim in synchronisation(made_up(DELAYS), finished(made_up(DELAYS), *[result([1])] * 3))
+    ] == [False]

@@ -81,6 +81,7 @@ seed: 7
             "scenario: daqin_1_2_1\npaper:\n- {where: {x: 1}, force_kN: 7}",
             "mine.yaml:3: paper.0.where: no case of",
         ),
+        ("scenario: daqin_1_2_1\nfitted:\n- {}\n- {x: 1}", "mine.yaml:4: fitted.1: no case of"),
         ("scenario: [", "not valid YAML"),
     ],
 )

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -81,6 +80,8 @@ def test_cases_whose_steps_did_not_converge_are_named(
     monkeypatch.setattr(study_module, "case_row", lambda *a: case_row(*a) | {"unconverged_steps": 2})
     outcome = run_study(free_sweep(short, [], ["initial_speed_kmh=20"], [], None, 0), tmp_path, local_pool)
     assert outcome.unconverged == ("initial_speed_kmh=20",)
+    assert outcome.faulty == ()
+    assert "couplers.paper_set_b: all values fitted" in outcome.caveats
 
 
 def test_the_vibration_study_simulates_nothing_and_finds_what_the_paper_says(tmp_path: Path) -> None:
@@ -110,7 +111,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_the_paper_s_claims_hold_with_the_default_set(folder: Path, name: str, numbers: list[str]) -> None:
     outcome = run_study(load_study(name), folder, local_pool)
-    assert all(claim.holds for claim in outcome.claims)
+    assert {claim.verdict for claim in outcome.claims} == {"reproduced (fitted)"}
     text = " ".join(claim.found for claim in outcome.claims)
     assert all(number in text for number in numbers)
 
@@ -118,17 +119,7 @@ def test_the_paper_s_claims_hold_with_the_default_set(folder: Path, name: str, n
 @pytest.mark.slow
 def test_rigid_arms_lower_the_force_with_set_b_and_raise_it_with_set_a(folder: Path) -> None:
     claims = run_study(load_study("rigid-arms"), folder, local_pool).claims
-    assert [claim.holds for claim in claims] == [True, True, False, False]
+    verdicts = ["reproduced (fitted)", "predicted", "contradicted", "contradicted"]
+    assert [claim.verdict for claim in claims] == verdicts
     assert "675.7 kN (-3.8 %)" in claims[0].found
     assert "824.2 kN (+17.9 %)" in claims[2].found
-
-
-@pytest.mark.slow
-def test_the_map_has_a_cell_for_each_wave_speed_and_build_up_time(tmp_path: Path) -> None:
-    study = load_study("rigid-arm-map")
-    _, waves, times, _ = study.axes
-    short = {"initial_speed_kmh": 15, "consist.1.count": 30, "consist.3.count": 30}
-    outcome = run_study(replace(study, overrides=short), tmp_path, local_pool)
-    assert names(outcome.files)[-1] == "rigid-arm-map.png"
-    assert [claim.text.partition(":")[0] for claim in outcome.claims] == ["draft gear B", "draft gear A"]
-    assert f"of {len(waves.points) * len(times.points)} places" in outcome.claims[0].found

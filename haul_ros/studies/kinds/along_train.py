@@ -28,17 +28,20 @@ def validation(study: Sweep, results: Results) -> list[Claim]:
     force = result.force
     position = float(result.position[force.argmax()])
     lowest = {int(i) for i in np.argsort(force)[:2]}
+    fitted = study.in_fit(finished.case)
     return [
-        about("largest force", text.force, peak(result)),
+        about("largest force", text.force, peak(result), fitted),
         Claim(
             f"it is at about {text.position:g} of the train",
             abs(position - text.position) <= POSITION_TOLERANCE,
             f"at {position:.3f}",
+            fitted,
         ),
         Claim(
             "smallest at both ends",
             lowest == {0, len(force) - 1},
             f"{kn(force[0])} at the head, {kn(force[-1])} at the tail",
+            fitted,
         ),
     ]
 
@@ -49,24 +52,25 @@ def distribution(study: Sweep, results: Results) -> list[Claim]:
     text, result = study.paper_values(finished.case), finished.result
     assert text.force is not None and text.stroke is not None
     stroke = result.largest_stroke
+    fitted = study.in_fit(finished.case)
     return [
-        about("largest force", text.force, peak(result)),
-        Claim(f"strokes under {text.stroke * 1e3:g} mm", stroke < text.stroke, mm(stroke)),
-        _quarters(result),
-        _middle(result),
+        about("largest force", text.force, peak(result), fitted),
+        Claim(f"strokes under {text.stroke * 1e3:g} mm", stroke < text.stroke, mm(stroke), fitted),
+        _quarters(result, fitted),
+        _middle(result, fitted),
     ]
 
 
-def _quarters(result: CaseResult) -> Claim:
+def _quarters(result: CaseResult, fitted: bool) -> Claim:
     text = "four nearly equal peaks (of |F|; compression alone has two high and two low ones)"
     if len(result.force) < 4:
         return Claim(text, None, f"{len(result.force)} couplers have no quarters")
     quarters = [float(quarter.max()) for quarter in np.array_split(result.force, 4)]
     spread = relative(max(quarters), min(quarters))
-    return Claim(text, spread <= _EQUAL, f"{series(quarters, 'kN', 1e-3)}, apart by {spread * 100:.1f} %")
+    return Claim(text, spread <= _EQUAL, f"{series(quarters, 'kN', 1e-3)}, apart by {spread * 100:.1f} %", fitted)
 
 
-def _middle(result: CaseResult) -> Claim:
+def _middle(result: CaseResult, fitted: bool) -> Claim:
     """Where |F| has its minimum between locomotives that have wagons between them, away from both of them."""
     text = "smallest mid-way between locomotives"
     lows, shares = [], []
@@ -83,6 +87,7 @@ def _middle(result: CaseResult) -> Claim:
         text,
         holds,
         f"{series(lows, 'kN', 1e-3)} at {'/'.join(f'{share:.2f}' for share in shares)} of the way",
+        fitted,
     )
 
 

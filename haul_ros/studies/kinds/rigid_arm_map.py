@@ -74,7 +74,9 @@ def rigid_arm_map(study: Sweep, results: Results) -> list[Claim]:
         low, high = effect.min() * 100, effect.max() * 100
         found = f"in {smaller} of {effect.size} places, from {low:+.1f} % to {high:+.1f} %"
         text = f"{panel.group} lower the force everywhere on the map"
-        claims.append(Claim(f"{panel.name}: {text}" if panel.name else text, smaller == effect.size, found))
+        claims.append(
+            Claim(f"{panel.name}: {text}" if panel.name else text, smaller == effect.size, found, study.in_fit())
+        )
     return claims
 
 

@@ -73,7 +73,8 @@ def rigid_arms(study: Sweep, results: Results) -> list[Claim]:
         bars = f"in the rigid bars {kn(float(joined.force.max(where=~joined.geared, initial=0.0)))}"
         text = f"wagons in {compared.group} have smaller forces and strokes"
         name = rest_name(study, compared.case, WAGONS)
-        claims.append(Claim(f"{name}: {text}" if name else text, smaller, f"{force}, {stroke}; {bars}"))
+        fitted = study.in_fit(compared.case)
+        claims.append(Claim(f"{name}: {text}" if name else text, smaller, f"{force}, {stroke}; {bars}", fitted))
     return claims
 
 

@@ -23,20 +23,21 @@ def initial_speed(study: Sweep, results: Results) -> list[Claim]:
     """Conclusion 1, Fig. 7: the higher the speed, the smaller the peak."""
     ascending = _ascending(study, results, _SPEED)
     claims = [
-        about(finished.case.name, force, peak(finished.result))
+        about(finished.case.name, force, peak(finished.result), study.in_fit(finished.case))
         for finished in ascending
         if (force := study.paper_values(finished.case).force) is not None
     ]
     peaks = [peak(finished.result) for finished in ascending]
     found = f"{series(peaks, 'kN', 1e-3)}, {percent(peaks[-1], peaks[0])} from first to last"
-    return [*claims, Claim("the peak falls with the initial speed", is_rising(peaks[::-1]), found)]
+    return [*claims, Claim("the peak falls with the initial speed", is_rising(peaks[::-1]), found, study.in_fit())]
 
 
 def synchronisation(study: Sweep, results: Results) -> list[Claim]:
     """Conclusion 2, Fig. 8: forces rise with the delay and are lowest without one."""
     peaks = [peak(finished.result) for finished in _ascending(study, results, _DELAY)]
     found = f"{series(peaks, 'kN', 1e-3)}, {percent(peaks[-1], peaks[0])} from first to last"
-    return [Claim("the peak is lowest when all brake at once and rises with the delay", is_rising(peaks), found)]
+    text = "the peak is lowest when all brake at once and rises with the delay"
+    return [Claim(text, is_rising(peaks), found, study.in_fit())]
 
 
 def stiffness(study: Sweep, results: Results) -> list[Claim]:
@@ -45,8 +46,8 @@ def stiffness(study: Sweep, results: Results) -> list[Claim]:
     forces = [peak(finished.result) for finished in ascending]
     strokes = [finished.result.largest_stroke for finished in ascending]
     return [
-        Claim("stiffer gears bear more force", is_rising(forces), series(forces, "kN", 1e-3)),
-        Claim("over less stroke", is_rising(strokes[::-1]), series(strokes, "mm", 1e3, 2)),
+        Claim("stiffer gears bear more force", is_rising(forces), series(forces, "kN", 1e-3), study.in_fit()),
+        Claim("over less stroke", is_rising(strokes[::-1]), series(strokes, "mm", 1e3, 2), study.in_fit()),
     ]
 
 

@@ -1,0 +1,30 @@
+"""A run whose energy balance does not hold ends with status 1, however it was started."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import pytest
+
+from haul_ros.physics.hinges import stored_energy
+
+if TYPE_CHECKING:
+    from tests.cli.conftest import Haul
+
+RUN = ("run", "short.yaml", "--quiet")
+STUDY = ("study", "sweep", "--scenario", "short.yaml", "--over", "initial_speed_kmh=10,15", "--quiet")
+REPLAY = ("replay", "run.mcap", "--set", "radio.default.delay_s=2", "-o", "again.mcap")
+
+
+@pytest.mark.parametrize("command", [RUN, STUDY, REPLAY])
+def test_energy_from_nowhere_is_said_and_ends_with_status_1(
+    haul: Haul, monkeypatch: pytest.MonkeyPatch, command: Sequence[str]
+) -> None:
+    assert haul(*RUN, "-o", "run.mcap").err == ""
+    # Gears that hold a kilojoule more than their curves say, as if a contact had made it.
+    wrong = "haul_ros.physics.energy.stored_energy"
+    monkeypatch.setattr(wrong, lambda gear, stroke: stored_energy(gear, stroke) + 1e3)
+    outcome = haul(*command)
+    assert outcome.status == 1
+    assert "haul: warning: the energy balance does not hold" in outcome.err
