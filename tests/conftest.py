@@ -50,6 +50,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         item.add_marker(pytest.mark.xdist_group("ros" if item.path.parent.name == "ros" else item.path.name))
 
 
+@pytest.fixture(autouse=True)
+def _processes_of_untraced_tests(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tracing is slow before Python 3.12: where a test does without it, the processes that it starts do too."""
+    if request.node.get_closest_marker("no_cover"):
+        for name in ("COVERAGE_PROCESS_START", "COVERAGE_PROCESS_CONFIG"):
+            monkeypatch.delenv(name, raising=False)
+
+
 @pytest.fixture(scope="session")
 def short_train() -> str:
     """A scenario of 22 vehicles that stop within seconds."""

@@ -108,6 +108,7 @@ def test_a_recording_that_lacks_samples_is_refused(
         history(tmp_path / "run.mcap", 5)
 
 
+@pytest.mark.no_cover
 def test_an_analysis_needs_no_more_memory_for_a_longer_recording(
     scenario: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

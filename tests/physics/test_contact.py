@@ -88,6 +88,7 @@ def _worst(train: TrainModel, reference: tuple[Floats, Floats]) -> float:
 
 
 @pytest.mark.parametrize("name", GEARS)
+@pytest.mark.no_cover
 def test_every_coupler_s_peak_at_1_ms_is_that_of_explicit_runge_kutta_steps(name: str) -> None:
     train = _braked(MIXED, GEARS[name], 1e-3, 8.0)
     assert _worst(train, _reference(MIXED, GEARS[name], 8.0)) < 5e-3
@@ -181,6 +182,7 @@ def _random_train(random: np.random.Generator) -> tuple[list[VehicleType], list[
 
 
 @pytest.mark.slow
+@pytest.mark.no_cover
 def test_peaks_of_random_gears_at_1_ms_are_within_1_percent_of_those_at_an_eighth() -> None:
     random = np.random.default_rng(8)
     errors: list[float] = []

@@ -75,6 +75,7 @@ def digests() -> list[str]:
     return found
 
 
+@pytest.mark.no_cover
 def test_the_interpreted_kernel_gives_the_bits_of_the_compiled_one() -> None:
     code = "from tests.physics.test_interpreted import digests; print(*digests())"
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}

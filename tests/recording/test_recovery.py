@@ -114,6 +114,7 @@ def test_a_cut_off_recording_gives_every_whole_chunk(whole: Path, tmp_path: Path
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
+@pytest.mark.no_cover
 def test_after_a_flipped_bit_all_before_the_damage_is_recovered_or_one_line_says_why_not(
     whole: Path, data: st.DataObject
 ) -> None:
@@ -326,6 +327,7 @@ while True:
 
 
 @pytest.mark.slow
+@pytest.mark.no_cover
 def test_whatever_the_moment_of_a_kill_all_that_is_older_than_a_second_is_recovered(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: Callable[[int], Sample]
 ) -> None:

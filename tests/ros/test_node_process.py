@@ -86,6 +86,7 @@ def test_without_a_middleware_the_message_says_what_to_install(
 
 
 @pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.no_cover
 def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
     start_node: StartNode, observer: Observer, signal_number: int
 ) -> None:
@@ -101,6 +102,7 @@ def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
         assert recording.couplers().time_ns[-1] >= couplers.time_ns
 
 
+@pytest.mark.no_cover
 def test_many_signals_while_it_ends_do_no_harm(start_node: StartNode, observer: Observer) -> None:
     node = start_node(record_path="run.mcap")
     Couplers(observer).wait_for_time(0)

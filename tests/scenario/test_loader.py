@@ -102,6 +102,7 @@ def test_a_yaml_alias_can_be_overridden_without_touching_its_twin(scenario_file:
     description=st.text(max_size=20),
     grade=st.floats(-30.0, 30.0),
 )
+@pytest.mark.no_cover
 def test_any_scenario_survives_being_written_and_read(
     speed: float, steps: int, wagons: int, gear: str, delay: float, description: str, grade: float
 ) -> None:

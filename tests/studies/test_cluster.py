@@ -74,6 +74,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 
 @pytest.mark.slow
+@pytest.mark.no_cover
 def test_a_worker_is_killed_mid_sweep_and_nothing_is_lost(
     cluster: Cluster, tmp_path: Path, speeds: Callable[[int], list[Case]]
 ) -> None:
