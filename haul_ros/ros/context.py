@@ -22,6 +22,7 @@ class EndingSignals:
 
     def __init__(self) -> None:
         self._starting = True
+        self._taken = False
         self._previous = {number: signal.signal(number, self._take) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def started(self) -> None:
@@ -33,7 +34,13 @@ class EndingSignals:
         for number, handler in self._previous.items():
             signal.signal(number, handler)
 
+    @property
+    def taken(self) -> bool:
+        """Whether there was one: a KeyboardInterrupt is lost where it meets code that lets no exception out."""
+        return self._taken
+
     def _take(self, _number: int, _frame: object) -> None:
+        self._taken = True
         if self._starting:
             raise KeyboardInterrupt
 

@@ -23,6 +23,8 @@ def main(args: Sequence[str] | None = None) -> int:
     except HaulError as error:
         print(f"train_node: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:  # while it started, so that nothing is left to be ended
+        return 0
 
 
 if __name__ == "__main__":

@@ -54,6 +54,8 @@ def run_node(argv: Sequence[str]) -> int:
     ------
     HaulError
         Arguments, parameters, scenario or recording cannot be used; nothing was started.
+    KeyboardInterrupt
+        A signal has come while the node started.
     """
     with ros_node_context(argv) as signals:
         if surplus := remove_ros_args(list(argv))[1:]:
@@ -62,11 +64,9 @@ def run_node(argv: Sequence[str]) -> int:
             node = TrainNode()
             signals.started()
             try:
-                return node.run() if ok() else 0
+                return node.run() if ok() and not signals.taken else 0
             finally:
                 cast(Any, node).destroy_node()
-        except KeyboardInterrupt:
-            return 0
         except RuntimeError:  # RCLError, if ROS was shut down while the node started
             if ok():
                 raise

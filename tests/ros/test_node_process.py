@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -138,3 +139,36 @@ def test_a_signal_while_the_node_starts_ends_it_with_status_0_and_no_unfinished_
     observer.wait_until(lambda: observer.subscribers_of(channel) > 0, "the first of the node's topics")
     assert node.end(signal_number) == 0
     assert not list(node.folder.glob("*.active"))
+
+
+INTERRUPTED = """
+import os, signal, sys
+import rclpy
+from haul_ros.ros.node import main
+
+real = rclpy.init
+
+def init(**arguments):
+    try:
+        os.kill(os.getpid(), signal.{name})
+    except KeyboardInterrupt:
+        if {lost}:
+            return real(**arguments)
+        raise
+    raise AssertionError("the signal did not interrupt")
+
+rclpy.init = init
+sys.exit(main(["--ros-args", "-p", "record_path:=none"]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lost", [False, True])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGINT"])
+def test_a_signal_before_ros_runs_ends_the_node_even_if_its_interruption_is_lost(
+    tmp_path: Path, name: str, lost: bool
+) -> None:
+    # Code called from C, of ROS or of an import, may let no exception out
+    code = INTERRUPTED.format(name=name, lost=lost)
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    assert (ended.returncode, "Traceback" in ended.stderr) == (0, False), ended.stderr
