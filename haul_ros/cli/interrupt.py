@@ -1,27 +1,54 @@
-"""Ctrl-C as a wish to end well."""
+"""Signals that end a run early, but whole."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Event
+
+_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Interruption:
+    """Whether a signal has come, by calling it, and which."""
+
+    def __init__(self) -> None:
+        self._signal: int | None = None
+        self._previous = {
+            number: signal.getsignal(number)
+            for number in _ENDING
+            if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
+        }
+        for number in self._previous:
+            signal.signal(number, self._note)
+
+    def __call__(self) -> bool:
+        """A signal has come."""
+        return self._signal is not None
+
+    @property
+    def exit_status(self) -> int:
+        """As shells count it: 130 after SIGINT, 143 after SIGTERM, 129 after SIGHUP; 0 without any."""
+        return 0 if self._signal is None else 128 + self._signal
+
+    def restore(self) -> None:
+        """Give the signals back."""
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+
+    def _note(self, number: int, _frame: object) -> None:
+        self._signal = number
+        self.restore()
 
 
 @contextmanager
-def interruption() -> Iterator[Callable[[], bool]]:
-    """Inside the block the first SIGINT only makes the given function true; a second one interrupts as ever.
+def interruption() -> Iterator[Interruption]:
+    """Inside the block the first SIGINT, SIGTERM or SIGHUP is only noted; a second one acts as ever.
 
     For the main thread.
     """
-    asked = Event()
-
-    def note(_signal: int, _frame: object) -> None:
-        asked.set()
-        signal.signal(signal.SIGINT, previous)
-
-    previous = signal.signal(signal.SIGINT, note)
+    noted = Interruption()
     try:
-        yield asked.is_set
+        yield noted
     finally:
-        signal.signal(signal.SIGINT, previous)
+        noted.restore()

@@ -6,10 +6,12 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import NoReturn
 
 from haul_ros.cli.commands import COMMANDS
+from haul_ros.cli.layout import printable
 from haul_ros.errors import HaulError
 from haul_ros.version import __version__
 
@@ -32,21 +34,39 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     0 done, 2 the user's mistake with one line on stderr, 130 interrupted, 1 otherwise.
     """
+    _open_closed_streams()
     arguments = _parse(sys.argv[1:] if argv is None else argv)
     try:
         # Only the module of the command asked for is imported: no numba to read a file, no rclpy but for the node
         status: int = resolve_name(arguments.execute)(arguments)
         sys.stdout.flush()
     except HaulError as error:
-        print(f"haul: {error}", file=sys.stderr)
+        print(f"haul: {printable(str(error))}", file=sys.stderr)
         return USER_ERROR
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # Whoever read the output has enough; Python must not fail once more when it flushes at its end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read the output has enough
+        _give_up_output()
+        return 1
+    except OSError as error:  # of files HaulError tells, so it is the output
+        _give_up_output()
+        print(f"haul: the output cannot be written: {error.strerror or error}", file=sys.stderr)
         return 1
     return status
+
+
+def _open_closed_streams() -> None:
+    """Where the output was closed before the start, Python has None in its place."""
+    if sys.stdout is None:
+        sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (as long as the process)
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
+
+
+def _give_up_output() -> None:
+    """Python must not fail once more when it flushes at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parse(argv: Sequence[str]) -> argparse.Namespace:

@@ -6,8 +6,8 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from haul_ros.analysis.summary import RunSummary, summarize_session
@@ -15,6 +15,7 @@ from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
+from haul_ros.errors import RecordingError
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
@@ -26,18 +27,46 @@ from haul_ros.simulation.session import Session
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulate, record, print; the exit status is 130 if Ctrl-C ended it early, 1 if energy came from nowhere."""
+    """Simulate, record, print.
+
+    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere.
+
+    Raises
+    ------
+    HaulError
+        As for `load_scenario`, or the recording failed, which costs no summary.
+    """
     scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
     with interruption() as interrupted:
         encoder = TelemetryEncoder(scenario.consist)
         recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
-        with recorder or nullcontext(), progress(scenario, quiet=arguments.quiet) as bar:
+        with finishing(recorder) as failure, progress(scenario, quiet=arguments.quiet) as bar:
             announce_compilation()
             summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
-        _print(arguments, summary, interrupted())
+        _print(arguments, summary, interrupted(), recorded=not failure)
+        for error in failure:
+            raise error
         if summary.energy and summary.energy.fault:
             return 1
-        return 130 if interrupted() else 0
+        return interrupted.exit_status
+
+
+@contextmanager
+def finishing(recorder: McapRecorder | None) -> Iterator[list[RecordingError]]:
+    """Finish the recording at the end of the block; that it failed is left to be told when the run has been."""
+    failure: list[RecordingError] = []
+    if recorder is None:
+        yield failure
+        return
+    try:
+        yield failure
+    except BaseException as error:
+        recorder.__exit__(type(error), error, error.__traceback__)
+        raise
+    try:
+        recorder.close()
+    except RecordingError as error:
+        failure.append(error)
 
 
 def announce_compilation() -> None:
@@ -84,8 +113,8 @@ def simulate(
     return summarize_session(session, time.perf_counter() - began)
 
 
-def _print(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool) -> None:
-    output: Path | None = arguments.output
+def _print(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool, *, recorded: bool) -> None:
+    output: Path | None = arguments.output if recorded else None
     if arguments.json:
         recording = str(output) if output else None
         print(json.dumps(summary_json(summary) | {"recording": recording, "interrupted": interrupted}, indent=2))

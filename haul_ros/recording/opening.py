@@ -11,6 +11,7 @@ from typing import BinaryIO
 from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.errors import HaulError, RecordingError
+from haul_ros.files import open_file
 from haul_ros.recording.run_file import ACTIVE_SUFFIX, recovery_hint
 
 
@@ -55,10 +56,10 @@ def another_kind(head: bytes) -> str:
 
 
 def _open(path: Path) -> BinaryIO:
-    active = path.with_name(path.name + ACTIVE_SUFFIX)
     try:
-        return path.open("rb")
+        return open_file(path)
     except FileNotFoundError:
+        active = path.with_name(path.name + ACTIVE_SUFFIX)
         hint = f"; an unfinished recording {active.name} lies there, {recovery_hint(active)}" if active.exists() else ""
         raise RecordingError(f"{path}: no such file{hint}") from None
     except OSError as err:

@@ -20,6 +20,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.errors import RecordingError
+from haul_ros.files import open_file
 from haul_ros.messages.channels import channel_table
 from haul_ros.messages.encoder import Message
 from haul_ros.recording.opening import another_kind
@@ -57,7 +58,7 @@ def recover(source: Path, target: Path) -> Recovery:
         exists or cannot be written. There is no ``target`` then.
     """
     try:
-        with _Window(FileIO(source)) as stream:
+        with open_file(source) as file, _Window(FileIO(file.fileno(), closefd=False)) as stream:
             return _recover(_Source(source, stream), target)
     except OSError as err:
         raise RecordingError(f"{source}: cannot be recovered: {err.strerror}") from err

@@ -79,6 +79,8 @@ class RunFile:
         if compression not in _COMPRESSION:
             raise RecordingError(f"compression {compression!r}: expected {', '.join(_COMPRESSION)}")
         self.path = path
+        if path.is_dir():
+            raise RecordingError(f"{path}: is a folder, expected a new file")
         self.active = path.with_name(path.name + suffix)
         self._channels = channels
         self._description = dict(description)

@@ -14,7 +14,7 @@ from haul_ros.ros.errors import INSTALL_HINT, RosError
 
 
 class EndingSignals:
-    """What SIGINT and SIGTERM do to a node: interrupt it while it starts, then shut ROS down.
+    """What SIGINT, SIGTERM and SIGHUP do to a node: interrupt it while it starts, then shut ROS down.
 
     After ``started`` no KeyboardInterrupt arises, so a second Ctrl-C cannot break into a clean end;
     a spinning executor ends with ExternalShutdownException. To be installed in the main thread.
@@ -23,7 +23,11 @@ class EndingSignals:
     def __init__(self) -> None:
         self._starting = True
         self._taken = False
-        self._previous = {number: signal.signal(number, self._take) for number in (signal.SIGINT, signal.SIGTERM)}
+        self._previous = {
+            number: signal.signal(number, self._take)
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+            if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
+        }
 
     def started(self) -> None:
         """From now on the node ends by the shutdown of ROS alone."""
@@ -39,10 +43,12 @@ class EndingSignals:
         """Whether there was one: a KeyboardInterrupt is lost where it meets code that lets no exception out."""
         return self._taken
 
-    def _take(self, _number: int, _frame: object) -> None:
+    def _take(self, number: int, _frame: object) -> None:
         self._taken = True
         if self._starting:
             raise KeyboardInterrupt
+        if number == signal.SIGHUP:  # of which rclpy knows nothing
+            try_shutdown()
 
 
 @contextmanager

@@ -66,6 +66,7 @@ class SimulationLoop:
         self._report_due_ns = 0
         self._paused = False
         self._stopping = False
+        self._ending = threading.Event()
         self._thread = threading.Thread(target=self._main, name="simulation")
 
     def start(self) -> None:
@@ -74,6 +75,7 @@ class SimulationLoop:
 
     def stop(self) -> None:
         """End the run, finish its recording, and wait for that; harmless when it has ended already."""
+        self._ending.set()
         self._submit(self._stop)
         self._thread.join()
 
@@ -158,7 +160,7 @@ class SimulationLoop:
     def _advance(self, now_ns: int) -> None:
         period_ns = wall_period(self._sample_period_ns, self._real_time_factor)
         lateness_ns = now_ns - self._deadline_ns if period_ns else 0
-        busy_ns = self._run.advance()
+        busy_ns = self._run.advance(self._ending.is_set)
         pace = next_deadline(self._deadline_ns, monotonic_ns(), period_ns)
         self._deadline_ns = pace.deadline_ns
         self._timing.period(self._run.steps_per_sample, busy_ns, lateness_ns, pace.missed)
@@ -204,7 +206,7 @@ class SimulationLoop:
     def _step(self) -> str:
         if not self._paused:
             raise LoopError("step is possible only while paused")
-        self._run.advance()
+        self._run.advance(self._ending.is_set)
         return self._with_time("stepped")
 
     def _reset(self, run: TrainRun) -> str:

@@ -60,10 +60,13 @@ class TrainRun:
         """Publish the state before the first step, that of the radio links included."""
         self._put_log()
 
-    def advance(self) -> int:
-        """Simulate one sample period and publish its end; returns the wall time [ns] that the integration took."""
+    def advance(self, stop: Callable[[], bool] = lambda: False) -> int:
+        """Simulate one sample period and publish its end; returns the wall time [ns] that the integration took.
+
+        A ``stop`` ends the period early.
+        """
         began_ns = time.monotonic_ns()
-        self._session.advance()
+        self._session.advance(stop=stop)
         ended_ns = time.monotonic_ns()
         self._put_log()
         return ended_ns - began_ns

@@ -13,7 +13,7 @@ KeyPath = tuple[str | int, ...]
 
 def dotted(path: KeyPath) -> str:
     """The path as users write it: ``consist.1.count``."""
-    return ".".join(str(part) for part in path)
+    return ".".join(part if len(part) <= 40 else f"{part[:36]} ..." for part in map(str, path))
 
 
 def show(value: object) -> str:
@@ -26,7 +26,9 @@ def show(value: object) -> str:
         return "a mapping"
     if isinstance(value, list):
         return "a list"
-    text = repr(value) if isinstance(value, str) else str(value)
+    if isinstance(value, int) and abs(value) >= 10**36:
+        return "a number of more than 36 digits"  # of which Python does not print all
+    text = repr(value[:41]) if isinstance(value, str) else str(value)
     return text if len(text) <= 40 else text[:36] + " ..."
 
 

@@ -24,12 +24,19 @@ SCENARIO = "scenario.schema.json"
 def _is_finite_number(_checker: object, value: object) -> bool:
     if isinstance(value, float):
         return math.isfinite(value)
-    return isinstance(value, int) and not isinstance(value, bool)
+    return _is_whole_number(_checker, value)
+
+
+def _is_whole_number(_checker: object, value: object) -> bool:
+    # 2.0 is none: what is counted is written as it is meant. Beyond 64 bits nothing is counted.
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
 
 
 _Validator = jsonschema.validators.extend(
     jsonschema.Draft202012Validator,
-    type_checker=jsonschema.Draft202012Validator.TYPE_CHECKER.redefine("number", _is_finite_number),
+    type_checker=jsonschema.Draft202012Validator.TYPE_CHECKER.redefine_many(
+        {"number": _is_finite_number, "integer": _is_whole_number}
+    ),
 )
 
 

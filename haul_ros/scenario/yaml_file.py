@@ -8,12 +8,22 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
 from haul_ros.errors import ScenarioError
+from haul_ros.files import open_file
 from haul_ros.scenario.document import Document, KeyPath, dotted
+
+MOST_BYTES = 4 * 1024 * 1024
+"""Longest file."""
+MOST_VALUES = 100_000
+"""Most values and keys of a document: some 300 MB of memory while it is read."""
+MOST_LEVELS = 100
+"""Most values inside one another."""
+_TOO_MANY = f"more than {MOST_VALUES} values and keys"
 
 
 def read_yaml(path: Path) -> Document:
@@ -27,8 +37,8 @@ def read_yaml(path: Path) -> Document:
         It cannot be read, is not UTF-8 text or not YAML, or a key occurs twice.
     """
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except (FileNotFoundError, IsADirectoryError):
+        text = _read(path).decode("utf-8-sig")
+    except (FileNotFoundError, IsADirectoryError, ScenarioError):
         raise
     except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: not a YAML file: not text in UTF-8") from error
@@ -37,19 +47,66 @@ def read_yaml(path: Path) -> Document:
     return parse_yaml(text, str(path))
 
 
+def _read(path: Path) -> bytes:
+    with open_file(path) as file:
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise ScenarioError(f"{path}: more than {MOST_BYTES // 2**20} MiB, expected a YAML file of less")
+    return data
+
+
+class _BoundedComposer(Composer):
+    """Ends a document of too many values before they fill the memory."""
+
+    composed = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """One value, or key, with all inside it."""
+        self.composed += 1
+        if self.composed > MOST_VALUES:
+            raise YAMLError(_TOO_MANY)
+        return super().compose_node(parent, index)
+
+
+def _check_size(top: Node) -> None:
+    """Refuse what is too large or too deep with all aliases written out; YAMLError."""
+    sizes: dict[int, int] = {}
+
+    def size(node: Node, depth: int) -> int:
+        if depth > MOST_LEVELS:
+            raise YAMLError("nested too deeply, or inside itself")
+        if id(node) not in sizes:
+            match node:
+                case MappingNode():
+                    inside = [child for pair in node.value for child in pair]
+                case SequenceNode():
+                    inside = node.value
+                case _:
+                    inside = []
+            sizes[id(node)] = 1 + sum(size(child, depth + 1) for child in inside)
+            if sizes[id(node)] > MOST_VALUES:
+                raise YAMLError(_TOO_MANY)
+        return sizes[id(node)]
+
+    size(top, 0)
+
+
 def parse_yaml(text: str, label: str) -> Document:
     """Parse the text of one YAML document; ``label`` names it in messages.
 
     Raises
     ------
     ScenarioError
-        It is not YAML, or a key occurs twice or is not text.
+        It is not YAML, or a key occurs twice or is not text, or there are more than `MOST_VALUES` values in it or
+        more than `MOST_LEVELS` inside one another, aliases written out.
     """
     yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = _BoundedComposer
     try:
         node = yaml.compose(text)
         if node is None:
             return Document(label, None)
+        _check_size(node)
         # The constructor checks for duplicate keys and merges `<<` into the nodes, before lines are taken.
         value = yaml.constructor.construct_document(node)
         document = Document(label, value)

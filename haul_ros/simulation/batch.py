@@ -17,9 +17,9 @@ class RunError(HaulError):
 
 
 def periods(session: Session, stop: Callable[[], bool] = lambda: False) -> Iterator[PeriodLog]:
-    """Run a session until it is finished, or until the end of the period in which ``stop`` has become true.
+    """Run a session until it is finished, or until ``stop`` has become true, a fraction of a second after that.
 
-    The first log is that of the state before the first step.
+    The first log is that of the state before the first step; the last period ends with the longest duration.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def periods(session: Session, stop: Callable[[], bool] = lambda: False) -> Itera
         if last:
             return
         try:
-            session.advance()
+            session.advance(min(session.steps_per_sample, session.steps_left), stop=stop)
         except HaulError as error:
             raise RunError(f"{session.scenario.name}: at {session.time:.3f} s: {error}") from error
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from haul_ros.errors import CommandError
@@ -23,6 +24,7 @@ from haul_ros.physics.train_model import StepStatistics, TrainModel
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.radio import LinkStatus, Radio
+from haul_ros.simulation.slices import Slices
 from haul_ros.units import NS_PER_S, seconds_to_ns
 
 EXTREMES_PERIOD_NS = NS_PER_S
@@ -89,6 +91,7 @@ class Session:
         self._extremes_due_ns = 0
         self._extremes_logged_ns = -1
         self._order = itertools.count()
+        self._slices = Slices()
         self._arrivals: list[_Arrival] = []
         timed = sorted([*(scenario.commands if play_commands else ()), *requests], key=lambda entry: entry.time_ns)
         self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
@@ -127,7 +130,12 @@ class Session:
         A train that stands at the start is held only if it has not moved after the first period.
         """
         waiting = bool(self._timed or self._arrivals) or not self._model.brakes_settled or self.step == 0
-        return (self.at_standstill and not waiting) or self.time >= self.scenario.max_duration
+        return (self.at_standstill and not waiting) or self.steps_left == 0
+
+    @property
+    def steps_left(self) -> int:
+        """Time steps to the end of the longest duration; 0 if it is over."""
+        return max(0, math.ceil(self.scenario.max_duration / self.scenario.time_step - _ROUNDING) - self.step)
 
     @property
     def stop_time(self) -> float | None:
@@ -244,10 +252,10 @@ class Session:
 
     # -- running --------------------------------------------------------------------------------
 
-    def advance(self, steps: int | None = None) -> Sample:
+    def advance(self, steps: int | None = None, *, stop: Callable[[], bool] = lambda: False) -> Sample:
         """Advance by a number of time steps, one sample period by default, and return the state then.
 
-        Releases the GIL while it computes.
+        Releases the GIL while it computes, and looks several times a second whether to ``stop`` before the end.
 
         Raises
         ------
@@ -257,13 +265,18 @@ class Session:
         end = self.step + (self.steps_per_sample if steps is None else steps)
         while self.step < end:
             self._carry_out_due()
-            self._model.advance(min(end, self._next_due_step()) - self.step)
+            part = min(end - self.step, self._next_due_step() - self.step, self._slices.steps)
+            began = time.perf_counter()
+            self._model.advance(part)
+            self._slices.took(part, time.perf_counter() - began)
+            if stop():
+                break
         return self.sample()
 
     def _first_step_at(self, time_ns: int) -> int:
         """The first time step whose stamp is not before a time: a request recorded at a step is due there again."""
         time_step = self.scenario.time_step
-        step = max(0, math.floor(time_ns / NS_PER_S / time_step) - 1)
+        step = max(0, math.floor(time_ns / NS_PER_S / time_step) - 2)
         while seconds_to_ns(step * time_step) < time_ns:
             step += 1
         return step

@@ -90,6 +90,7 @@ def test_reading_the_help_imports_nothing_that_carries_a_command_out() -> None:
         "haul_ros.errors",
         "haul_ros.cli",
         "haul_ros.cli.commands",
+        "haul_ros.cli.layout",
         "haul_ros.cli.main",
         "haul_ros.version",
     }
@@ -102,3 +103,40 @@ def test_every_command_names_a_function_that_exists() -> None:
 def test_main_returns_the_status(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenarios"]) == 0
     assert main(["info", "no such file"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("redirection", "status", "told"),
+    [
+        (">/dev/full", 1, "haul: the output cannot be written: No space left on device\n"),
+        (">&-", 0, ""),
+        (">&- 2>&-", 0, ""),
+    ],
+)
+@pytest.mark.parametrize("command", ["scenarios", "scenarios --json"])
+def test_an_output_that_is_full_or_closed_ends_without_a_traceback(
+    redirection: str, status: int, told: str, command: str
+) -> None:
+    done = subprocess.run(
+        ["/bin/sh", "-c", f'exec "{sys.executable}" -m haul_ros {command} {redirection}'],
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (status, told)
+
+
+def test_control_characters_of_a_name_are_shown_and_not_obeyed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "\x1b[2Jno\x07"]) == 2
+    assert "\\x1b[2Jno\\x07: no such scenario" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("output", [".", "/", ".."])
+def test_an_output_that_is_a_folder_is_refused(capsys: pytest.CaptureFixture[str], output: str) -> None:
+    assert main(["run", "daqin_1_1_0", "-o", output]) == 2
+    assert "expected a new" in capsys.readouterr().err
+
+
+def test_a_folder_is_no_recording(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in (["info", "."], ["analyze", "/"], ["replay", ".."], ["recover", ".", "-o", "x.mcap"]):
+        assert main(command) == 2
+    assert capsys.readouterr().err.count("Is a directory") == 4

@@ -38,7 +38,7 @@ class LoggingRun:
     def start(self) -> None:
         self.log.append(("start", self.time_ns))
 
-    def advance(self) -> int:
+    def advance(self, _stop: Callable[[], bool] = lambda: False) -> int:
         if self._failing is not None:
             raise self._failing
         with self._advanced:

@@ -153,7 +153,7 @@ def test_every_error_is_a_haul_error() -> None:
         ("mass_t: 84", "mass_t: 84 t", "my.yaml:10: vehicles.MY_WAGON.mass_t = '84 t', must be a finite number"),
         ("mass_t: 84", "mass_t: yes", "my.yaml:10: vehicles.MY_WAGON.mass_t = 'yes', must be a finite number"),
         ("mass_t: 84", "mass_t: true", "my.yaml:10: vehicles.MY_WAGON.mass_t = true, must be a finite number"),
-        ("mass_t: 84", f"mass_t: 1{'0' * 400}", "must be at most 1000"),
+        ("mass_t: 84", f"mass_t: 1{'0' * 400}", "= a number of more than 36 digits, must be a finite number"),
         ("mass_t: 84", "mass_kg: 84", "my.yaml:10: vehicles.MY_WAGON.mass_kg: unknown key, did you mean mass_t?"),
         ("    mass_t: 84\n", "", "my.yaml:9: vehicles.MY_WAGON: mass_t is missing"),
         ("shoes: 8", "shoes: 8.5", "my.yaml:13: vehicles.MY_WAGON.shoes = 8.5, must be a whole number"),

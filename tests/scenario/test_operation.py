@@ -80,7 +80,7 @@ def test_a_sample_of_a_whole_number_of_steps_is_accepted(load: Load, step: float
             "x: sample_rate_hz = 50, a sample takes 66.6666667 time steps of 0.3 ms, must be a whole",
         ),
         ("sample_rate_hz: 2000", "x:8: sample_rate_hz = 2000, a sample takes 0.5 time steps of 1 ms, must be a whole"),
-        ("time_step_ms: 0", "x:8: time_step_ms = 0, must be above 0"),
+        ("time_step_ms: 0", "x:8: time_step_ms = 0, must be at least 0.001"),
         ("max_duration_s: -1", "x:8: max_duration_s = -1, must be above 0"),
         (
             "track: {grades: [{from_m: 5, grade_permille: 1}, {from_m: 5, grade_permille: 2}]}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,15 @@ PLAIN = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=10),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=3),
     max_leaves=10,
+)
+
+
+BOMB = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 12)
+)
+"""Nine to the power of twelve words in a kilobyte."""
+MERGE_BOMB = "a0: &a0 {x: 1}\n" + "".join(
+    f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}\n" for n in range(1, 12)
 )
 
 
@@ -58,8 +68,13 @@ def test_what_is_written_reads_back_the_same_in_the_same_order(data: dict[str, o
         ("a: 1\n1: 2\n", r"^x:2: 1: a key must be text$"),
         ("a: *b\n", r"^x:1: not valid YAML: found undefined alias"),
         ("a: 1\n---\nb: 2\n", r"^x:2: not valid YAML: but found another document$"),
-        ("a: &b [*b]\n", r"^x: not usable: nested too deeply, or inside itself$"),
+        ("a: &b [*b]\n", r"^x: not a YAML file: nested too deeply, or inside itself$"),
         ("a: " + "[" * 1000, r"^x: not usable: nested too deeply"),
+        ("a: " + "[" * 101 + "]" * 101, r"^x: not a YAML file: nested too deeply"),
+        (BOMB, r"^x: not a YAML file: more than 100000 values and keys$"),
+        (MERGE_BOMB, r"^x: not a YAML file: more than 100000 values and keys$"),
+        ("[" + "1," * 100_001 + "]", r"^x: not a YAML file: more than 100000 values and keys$"),
+        (f"a: {'9' * 4301}\n", r"^x: not valid YAML: a value is not what its form says: Exceeds the limit"),
         ("a: !!bool maybe\n", r"^x: not valid YAML: a value is not what its form says: 'maybe'$"),
         ("a: 2017-13-45\n", r"^x: not valid YAML: a value is not what its form says: month"),
         ("a: \x01\n", r"^x: not a YAML file: unacceptable character"),
@@ -81,3 +96,18 @@ def test_a_binary_file_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["", "# nothing\n", "just text", "[]"])
 def test_a_text_without_keys_has_no_mapping(text: str) -> None:
     assert not isinstance(parse_yaml(text, "x").data, dict)
+
+
+def test_a_pipe_and_a_device_are_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(ScenarioError, match=r"(pipe|zero): cannot be read: not a regular file$"):
+            read_yaml(path)
+
+
+def test_a_file_without_end_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "long.yaml"
+    with path.open("wb") as file:
+        file.truncate(10**12)  # a hole
+    with pytest.raises(ScenarioError, match=r"long.yaml: more than 4 MiB"):
+        read_yaml(path)

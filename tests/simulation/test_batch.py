@@ -10,7 +10,7 @@ from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.log import AppliedBrake
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
-from haul_ros.scenario import load_scenario_text
+from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.simulation.batch import RunError, periods, share_done
 from haul_ros.simulation.session import Session
 from tests.simulation.log_entries import commands, of_kind, samples
@@ -79,9 +79,8 @@ def test_extremes_are_logged_at_the_start_every_second_and_at_the_end(scenario: 
 
 
 def test_a_run_that_is_to_stop_ends_with_its_present_period_and_the_extremes(scenario: Scenario) -> None:
-    answers = iter([False, False, False, True])
     session = Session(scenario, play_commands=True)
-    logs = list(periods(session, lambda: next(answers)))
+    logs = list(periods(session, lambda: session.time_ns >= 3 * PERIOD))
     assert len(logs) == 4
     assert logs[-1].extremes is not None
     assert session.time_ns == 3 * PERIOD
@@ -102,3 +101,26 @@ def test_the_share_done_is_that_of_speed_shed_or_of_time_used_up(scenario: Scena
     assert share_done(scenario, replace(sample, speed=sample.speed * 2)) == 0.0
     assert share_done(replace(scenario, initial_speed=0.0), sample) == 0.0
     assert share_done(scenario, replace(sample, time_ns=90 * SECOND)) == 1.0
+
+
+@pytest.mark.parametrize(("rate", "duration"), [(0.1, 2.5), (50.0, 0.005), (10.0, 0.25), (50.0, 0.3)])
+def test_the_longest_duration_ends_a_run_within_its_sample_period(rate: float, duration: float) -> None:
+    scenario = load_scenario("daqin_1_1_0", {"sample_rate_hz": rate, "max_duration_s": duration, "commands": []})
+    logs = list(periods(Session(scenario)))
+    assert logs[-1].time_ns == round(duration * SECOND)
+    assert logs[-1].sample is not None
+    assert logs[-1].extremes is not None
+
+
+def test_a_period_of_a_hundred_thousand_steps_can_be_stopped_in_its_middle() -> None:
+    scenario = load_scenario("daqin_1_1_0", {"sample_rate_hz": 0.1, "time_step_ms": 0.01, "commands": []})
+    session = Session(scenario)
+    asked: list[int] = []
+
+    def third_time() -> bool:
+        asked.append(session.step)
+        return len(asked) >= 3
+
+    logs = list(periods(session, third_time))
+    assert 0 < session.step < 100_000
+    assert logs[-1].time_ns == session.time_ns
