@@ -29,7 +29,7 @@ FREE = "sweep"
 def study(arguments: argparse.Namespace) -> int:
     """Run a study into a folder and print what it found.
 
-    The exit status is 130 if Ctrl-C ended it early, 1 if energy came from nowhere.
+    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere.
     """
     sweep = _definition(arguments)
     open_pool = _pool(arguments)
@@ -40,7 +40,7 @@ def study(arguments: argparse.Namespace) -> int:
     _report(arguments, outcome, folder)
     if outcome.faulty:
         return 1
-    return 0 if outcome.complete else 130
+    return 0 if outcome.complete else interrupted.exit_status
 
 
 def _definition(arguments: argparse.Namespace) -> Sweep:
@@ -91,6 +91,7 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> No
         claims = [f"  {claim}" for claim in outcome.claims]
         written = [("written", str(file)) for file in outcome.files]
         print("\n".join([*claims, *rows([*caveat_entries(outcome.caveats), *written])]))
+    _warn("computed again, what was kept cannot be used: case", outcome.refused)
     _warn("steps did not converge in case", outcome.unconverged)
     _warn("the energy balance does not hold, do not trust the numbers of case", outcome.faulty)
     if not parquet_available():
@@ -117,6 +118,7 @@ def _json(outcome: Outcome) -> dict[str, object]:
             for claim in outcome.claims
         ],
         "caveats": list(outcome.caveats),
+        "computed_again": list(outcome.refused),
         "unconverged_cases": list(outcome.unconverged),
         "energy_fault_cases": list(outcome.faulty),
         "files": [str(file) for file in outcome.files],

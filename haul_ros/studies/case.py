@@ -9,7 +9,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from haul_ros.simulation.session import Session
 from haul_ros.studies.sources import results_digest
 from haul_ros.version import __version__
 
+_SOURCES = results_digest()
+"""Of the sources as they were when this process loaded them."""
 _CHECK_EVERY = 1.0
 """Simulation time [s] between two checks whether the train stands: extremes are kept by every time step anyway."""
 _HARDEST_STOP = 2.0
@@ -101,6 +103,12 @@ class CaseResult:
         """Largest stroke [m]."""
         return float(self.stroke.max())
 
+    @property
+    def complete(self) -> bool:
+        """Every number is there but times of what did not happen: a stop, a gear that closed."""
+        arrays = [value for name, value in asdict(self.extremes).items() if name != "bottomed_time"]
+        return all(np.isfinite(array).all() for array in [*arrays, self.distance, self.relative_imbalance])
+
     def to_bytes(self) -> bytes:
         """All numbers, in full."""
         numbers = {name: value for name, value in asdict(self).items() if name != "extremes"}
@@ -148,7 +156,19 @@ class Finished(Generic[Result]):
 
 def key(scenario: Scenario) -> str:
     """What a run depends on, as a digest: the complete scenario, the version of this package and its sources."""
-    return hashlib.sha256(f"{__version__}\n{results_digest()}\n{scenario.document}".encode()).hexdigest()
+    return hashlib.sha256(f"{__version__}\n{_SOURCES}\n{scenario.document}".encode()).hexdigest()
+
+
+class Answer(NamedTuple):
+    """A result, and the `key` of what it was made from as the process that made it knows it."""
+
+    key: str
+    result: CaseResult
+
+
+def answer(scenario: Scenario) -> Answer:
+    """`simulate`, and say from which sources: those of another process may be others than one's own."""
+    return Answer(key(scenario), simulate(scenario))
 
 
 def simulate(scenario: Scenario) -> CaseResult:
@@ -162,8 +182,8 @@ def simulate(scenario: Scenario) -> CaseResult:
     session = Session(scenario, play_commands=True)
     speed = scenario.initial_speed
     while not session.finished:
-        ahead = min(max(_CHECK_EVERY, speed / _HARDEST_STOP), scenario.max_duration - session.time)
-        speed = float(session.advance(max(1, math.ceil(ahead / scenario.time_step))).speed.max())
+        ahead = math.ceil(max(_CHECK_EVERY, speed / _HARDEST_STOP) / scenario.time_step)
+        speed = float(session.advance(min(ahead, session.steps_left)).speed.max())
     stop_time, energy = session.stop_time, session.energy()
     return CaseResult(
         extremes=session.extremes(),

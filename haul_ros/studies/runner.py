@@ -7,10 +7,11 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, field
 
 from haul_ros.errors import HaulError
-from haul_ros.studies.case import Case, CaseResult, key, simulate
+from haul_ros.studies.case import Answer, Case, CaseResult, answer, key
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import Pool
 from haul_ros.studies.store import ResultStore
+from haul_ros.version import __version__
 
 _WAKE = 0.2
 """Wall time [s] between two checks whether to stop."""
@@ -31,9 +32,9 @@ class _Work:
     pool: Pool
     store: ResultStore
     on_finished: Callable[[], None]
-    running: dict[Future[CaseResult], tuple[str, list[str]]] = field(default_factory=dict)
+    running: dict[Future[Answer], tuple[str, list[str]]] = field(default_factory=dict)
 
-    def hand_out(self, case: Case, digest: str, submit: Callable[[], Future[CaseResult]]) -> None:
+    def hand_out(self, case: Case, digest: str, submit: Callable[[], Future[Answer]]) -> None:
         same = next((names for other, names in self.running.values() if other == digest), None)
         if same is not None:
             same.append(case.name)
@@ -45,10 +46,12 @@ class _Work:
     def collect(self) -> None:
         """Keep what has finished meanwhile."""
         finished, _ = wait(self.running, timeout=_WAKE, return_when=FIRST_COMPLETED)
+        if not finished:
+            self.pool.check()
         for future in finished:
             digest, names = self.running.pop(future)
             try:
-                self.store.add(digest, names[0], future.result())
+                self.store.add(digest, names[0], _checked(digest, future.result()))
             except HaulError as error:
                 raise StudyError(f"case {names[0]}: {error}") from error
             except CancelledError as error:
@@ -60,6 +63,17 @@ class _Work:
         """Take back what nobody has begun."""
         for future in [future for future in self.running if future.cancel()]:
             del self.running[future]
+
+
+def _checked(digest: str, found: Answer) -> CaseResult:
+    if found.key != digest:
+        raise StudyError(
+            f"was computed with other sources of haul_ros {__version__} than this machine's; "
+            "install the same on all workers and start them again"
+        )
+    if not found.result.complete:
+        raise StudyError("not all numbers of its result are finite")
+    return found.result
 
 
 def run_cases(
@@ -91,7 +105,7 @@ def run_cases(
                 break
             scenario = case.load()
             digest = key(scenario)
-            work.hand_out(case, digest, lambda scenario=scenario: pool.executor.submit(simulate, scenario))  # type: ignore[misc]
+            work.hand_out(case, digest, lambda scenario=scenario: pool.executor.submit(answer, scenario))  # type: ignore[misc]
             asked.append(Done(case, digest))
         while work.running:
             if stop():

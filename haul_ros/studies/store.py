@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,9 @@ from haul_ros.studies.errors import StudyError
 class ResultStore:
     """Results by the digest of what they depend on, in an SQLite file, made if missing.
 
-    Each result is on disk, whole, when `add` returns. For the thread that opened it.
+    Each result is on disk, whole, when `add` returns, with a digest over itself and its key. One that is damaged, that
+    stands under the key of another or lacks numbers counts as not there; ``refused`` has the names of those met.
+    For the thread that opened it.
 
     Raises
     ------
@@ -24,8 +27,10 @@ class ResultStore:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self.refused: dict[str, str] = {}
         with self._errors():
             self._database = sqlite3.connect(path)
+            self._database.text_factory = lambda text: text.decode(errors="replace")  # damaged text is met below
             with self._database:
                 self._database.execute(
                     "CREATE TABLE IF NOT EXISTS results (key TEXT PRIMARY KEY, name TEXT NOT NULL, result BLOB)"
@@ -38,23 +43,29 @@ class ResultStore:
         self._database.close()
 
     def __contains__(self, key: str) -> bool:
-        with self._errors():
-            return self._database.execute("SELECT 1 FROM results WHERE key = ?", (key,)).fetchone() is not None
+        return self._find(key) is not None
 
     def __getitem__(self, key: str) -> CaseResult:
+        found = self._find(key)
+        if found is None:
+            raise StudyError(f"{self._path}: a result has been lost or damaged meanwhile: run the study again")
+        return found
+
+    def _find(self, key: str) -> CaseResult | None:
         with self._errors():
-            row = self._database.execute("SELECT result FROM results WHERE key = ?", (key,)).fetchone()
+            row = self._database.execute("SELECT name, result FROM results WHERE key = ?", (key,)).fetchone()
         if row is None:
-            raise KeyError(key)
+            return None
         try:
-            return CaseResult.from_bytes(row[0])
+            return _unseal(key, row[1])
         except ValueError as error:
-            raise StudyError(f"{self._path}: damaged ({error}): delete it to run all cases again") from error
+            self.refused[key] = f"{row[0]}: {error}"
+            return None
 
     def add(self, key: str, name: str, result: CaseResult) -> None:
         """Keep a result; the name is for people who open the file."""
         with self._errors(), self._database:
-            self._database.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (key, name, result.to_bytes()))
+            self._database.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (key, name, _seal(key, result)))
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -62,3 +73,23 @@ class ResultStore:
             yield
         except sqlite3.Error as error:
             raise StudyError(f"{self._path}: not usable as results of studies: {error}") from error
+
+
+def _digest(key: str, data: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + data).digest()
+
+
+def _seal(key: str, result: CaseResult) -> bytes:
+    data = result.to_bytes()
+    return _digest(key, data) + data
+
+
+def _unseal(key: str, sealed: object) -> CaseResult:
+    """The result in what `_seal` made for this key; ValueError: it did not, or numbers are missing."""
+    size = hashlib.sha256().digest_size
+    if not isinstance(sealed, bytes) or sealed[:size] != _digest(key, sealed[size:]):
+        raise ValueError("damaged, or of another case")
+    result = CaseResult.from_bytes(sealed[size:])
+    if not result.complete:
+        raise ValueError("not all numbers are finite")
+    return result

@@ -29,7 +29,8 @@ class Outcome:
     """What a study has brought: ``finished`` of ``total`` cases, findings if all, and the files written.
 
     ``unconverged`` and ``faulty`` are names of cases whose numbers are doubtful: steps that did not converge, an
-    energy balance that does not hold. ``caveats`` are as those of a `Scenario`.
+    energy balance that does not hold. ``caveats`` are as those of a `Scenario`. ``refused`` says which results that
+    were kept in the folder could not be used and were computed again.
     """
 
     study: Sweep
@@ -40,6 +41,7 @@ class Outcome:
     unconverged: tuple[str, ...] = ()
     faulty: tuple[str, ...] = ()
     caveats: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -83,7 +85,8 @@ def run_study(
     with open_pool() as pool, _store(folder) as store:
         done = run_cases(study.cases(), pool, store, on_finished=on_finished, stop=stop)
         with _writing(folder):
-            return replace(_write(study, kind, folder, _Stored(store, done)), caveats=caveats)
+            outcome = _write(study, kind, folder, _Stored(store, done))
+            return replace(outcome, caveats=caveats, refused=tuple(store.refused.values()))
 
 
 @contextmanager

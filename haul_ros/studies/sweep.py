@@ -17,6 +17,8 @@ from haul_ros.studies.errors import StudyError
 _WHOLE = 1e-9
 MOST_VALUES = 1_000_000
 """Longest range."""
+MOST_CASES = 1_000_000
+"""Most cases of a study."""
 _CHECK_ALL = 32
 """Axes up to so many points are checked point by point before anything runs, longer ones (ranges) at their ends."""
 
@@ -85,7 +87,8 @@ def has_values(case: Case, where: Mapping[str, object]) -> bool:
 class Sweep:
     """The cases of a study: every scenario with every combination of points, each with every random sample.
 
-    The first n of more samples are those of n samples, and the samples are the same in all combinations.
+    At most `MOST_CASES`, else StudyError. The first n of more samples are those of n samples, and the samples are the
+    same in all combinations.
     ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`). ``fitted`` has the values of
     the cases whose claims the parameters were fitted to; none: what comes out was in no fit.
     """
@@ -102,7 +105,14 @@ class Sweep:
     fitted: tuple[Mapping[str, object], ...] = ()
     kind: str = "sweep"
 
+    def __post_init__(self) -> None:
+        if self._size() > MOST_CASES:
+            raise StudyError(f"more than {MOST_CASES} cases: fewer values or samples are needed")
+
     def __len__(self) -> int:
+        return self._size()
+
+    def _size(self) -> int:
         return len(self.scenarios) * math.prod(len(axis.points) for axis in self.axes) * max(self.samples, 1)
 
     def cases(self) -> Iterator[Case]:
@@ -206,13 +216,13 @@ def range_values(key: str, first: float, last: float, step: float | None, count:
         assert step is not None
         if step == 0.0 or (last - first) / step < 0.0:
             raise StudyError(f"{where} by {step:g}: an empty range, expected a step towards the end")
-        count = math.floor((last - first) / step * (1.0 + _WHOLE) + _WHOLE) + 1
+        count = math.floor(min((last - first) / step, 2.0 * MOST_VALUES) * (1.0 + _WHOLE) + _WHOLE) + 1
     else:
         if count < 2:
             raise StudyError(f"{where}: count {count}, must be 2 or more")
         step = (last - first) / (count - 1)
     if count > MOST_VALUES:
-        raise StudyError(f"{where}: {count} values, expected at most {MOST_VALUES}")
+        raise StudyError(f"{where}: more than {MOST_VALUES} values")
     # 12 digits: 0.1 + 2 * 0.1 is meant to be 0.3
     values = [float(f"{first + n * step:.12g}") for n in range(count)]
     whole = all(value.is_integer() for value in values)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -14,8 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from haul_ros.studies import pools
-from haul_ros.studies.case import Case, simulate
+from haul_ros.studies import heartbeat, pools
+from haul_ros.studies.case import Case, key, simulate
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import cluster_pool
 from haul_ros.studies.runner import run_cases
@@ -32,9 +34,10 @@ class Cluster:
 
     folder: Path
     processes: ExitStack
+    scheduler: subprocess.Popen[bytes] | None = None
 
-    def start(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
-        path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    def start(self, program: str, *arguments: str, root: Path = ROOT) -> subprocess.Popen[bytes]:
+        path = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
         process = subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
             cwd=self.folder,
@@ -59,17 +62,17 @@ class Cluster:
             time.sleep(0.05)
         raise AssertionError("no scheduler")
 
-    def worker(self) -> subprocess.Popen[bytes]:
+    def worker(self, root: Path = ROOT) -> subprocess.Popen[bytes]:
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", str(self.folder))
-        return self.start("dask_worker", "--scheduler-file", str(self.file), *options)
+        return self.start("dask_worker", "--scheduler-file", str(self.file), *options, root=root)
 
 
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
     with ExitStack() as processes:
         found = Cluster(tmp_path, processes)
-        found.start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
-                    "--scheduler-file", str(found.file))  # fmt: skip
+        found.scheduler = found.start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                                      "--scheduler-file", str(found.file))  # fmt: skip
         yield found
 
 
@@ -95,6 +98,75 @@ def test_a_worker_is_killed_mid_sweep_and_nothing_is_lost(
     assert workers[1].poll() is None
     assert len(finished) == 24
     assert found == [simulate(case.load()).to_bytes() for case in cases]
+
+
+@pytest.fixture
+def other_sources(tmp_path: Path) -> Path:
+    """A checkout of the same version in which every slope of a draft gear is steeper."""
+    root = tmp_path / "other"
+    shutil.copytree(ROOT / "haul_ros", root / "haul_ros")
+    shutil.copytree(ROOT / "config", root / "config")
+    hinges = root / "haul_ros/physics/hinges.py"
+    text = hinges.read_text("utf-8")
+    assert text.count("np.diff(") >= 1
+    hinges.write_text(text.replace("np.diff(", "1.2 * np.diff(", 1), "utf-8")
+    return root
+
+
+def test_workers_with_other_sources_of_the_same_version_are_refused(cluster: Cluster, other_sources: Path) -> None:
+    address = cluster.address()
+    cluster.worker(other_sources)
+    with pytest.raises(StudyError, match="workers have other sources of haul_ros"), cluster_pool(address):
+        pass
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+def test_a_worker_with_other_sources_that_comes_later_poisons_nothing(
+    cluster: Cluster, other_sources: Path, tmp_path: Path, speeds: Callable[[int], list[Case]]
+) -> None:
+    address = cluster.address()
+    honest = cluster.worker()
+    with cluster_pool(address) as pool, ResultStore(tmp_path / "results.sqlite") as store:
+        cluster.worker(other_sources)
+        pool.executor._client.wait_for_workers(2, timeout=30)  # type: ignore[attr-defined]
+        honest.kill()
+        with pytest.raises(StudyError, match="was computed with other sources of haul_ros"):
+            run_cases(speeds(3), pool, store)
+        assert not [case for case in speeds(3) if key(case.load()) in store]
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+@pytest.mark.parametrize("frozen", ["scheduler", "no workers"])
+def test_a_cluster_that_does_nothing_any_more_is_given_up(
+    cluster: Cluster,
+    tmp_path: Path,
+    speeds: Callable[[int], list[Case]],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    frozen: str,
+) -> None:
+    for name, seconds in {"ASK_AGAIN": 0.3, "TOLD_AFTER": 1.0, "GIVEN_UP_AFTER": 3.0}.items():
+        monkeypatch.setattr(heartbeat, name, seconds)
+    monkeypatch.setattr(pools, "_CLOSE_TIMEOUT", 1.0)
+    address = cluster.address()
+    worker = cluster.worker()
+    assert cluster.scheduler is not None
+    problem = "does not answer" if frozen == "scheduler" else "has no workers any more"
+    began = time.monotonic()
+    with (
+        ResultStore(tmp_path / "results.sqlite") as store,
+        pytest.raises(StudyError, match=f"{problem}, given up after 3 s; finished cases are kept"),
+        cluster_pool(address) as pool,
+    ):
+        if frozen == "scheduler":
+            cluster.scheduler.send_signal(signal.SIGSTOP)
+        else:
+            worker.kill()
+        run_cases(speeds(3), pool, store)
+    assert f"{problem}, trying on" in caplog.text
+    assert time.monotonic() - began < 25.0
 
 
 def test_a_scheduler_without_workers_is_named(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import math
+import sqlite3
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, wait
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,7 @@ import pytest
 
 from haul_ros.model.scenario import Scenario
 from haul_ros.studies import runner
-from haul_ros.studies.case import Case, CaseResult, simulate
+from haul_ros.studies.case import Answer, Case, answer, key, simulate
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import Pool, cluster_pool, local_pool
 from haul_ros.studies.runner import run_cases
@@ -28,11 +31,11 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
     """The scenarios that are simulated from now on."""
     run: list[Scenario] = []
 
-    def simulate_and_note(scenario: Scenario) -> CaseResult:
+    def answer_and_note(scenario: Scenario) -> Answer:
         run.append(scenario)
-        return simulate(scenario)
+        return answer(scenario)
 
-    monkeypatch.setattr(runner, "simulate", simulate_and_note)
+    monkeypatch.setattr(runner, "answer", answer_and_note)
     return run
 
 
@@ -121,17 +124,65 @@ def test_a_store_of_another_kind_is_refused_in_one_line(tmp_path: Path) -> None:
         ResultStore(path)
 
 
-def test_a_damaged_result_is_refused(tmp_path: Path, short: str) -> None:
-    class Damaged(CaseResult):
-        def to_bytes(self) -> bytes:
-            return super().to_bytes()[:-100]
+def damage(path: Path, statement: str) -> None:
+    with sqlite3.connect(path) as database:
+        database.execute(statement)
+    database.close()
 
-    result = simulate(Case("a", short, {}, {}).load())
-    damaged = Damaged(**{name: getattr(result, name) for name in CaseResult.__slots__})
+
+@pytest.mark.parametrize(
+    ("statement", "count"),
+    [
+        ("UPDATE results SET result = substr(result, 1, length(result) - 100)", 2),
+        ("UPDATE results SET result = X'504B0304'", 2),
+        ("UPDATE results SET result = 'text'", 2),
+        ("UPDATE results SET result = NULL", 2),
+        ("UPDATE results SET result = substr(result, 1, 500) || X'00' || substr(result, 502)", 2),
+        ("UPDATE results SET result = (SELECT result FROM results WHERE name = 'case 0')", 1),
+    ],
+)
+def test_what_is_kept_but_damaged_or_swapped_is_told_and_computed_again(
+    tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch, statement: str, count: int
+) -> None:
+    path = tmp_path / "results.sqlite"
+    with ResultStore(path) as store:
+        before = payloads(store, speeds(2))
+    damage(path, statement)
+    run = counted(monkeypatch)
+    with ResultStore(path) as store:
+        assert payloads(store, speeds(2)) == before
+        refused = [told.partition(":")[0] for told in store.refused.values()]
+    assert len(run) == len(refused) == count
+
+
+def test_a_result_without_all_numbers_is_not_kept(
+    tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def incomplete(scenario: Scenario) -> Answer:
+        found = answer(scenario)
+        return found._replace(result=replace(found.result, distance=math.nan))
+
+    monkeypatch.setattr(runner, "answer", incomplete)
+    with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
+        with pytest.raises(StudyError, match="case 0: not all numbers of its result are finite"):
+            run_cases(speeds(1), pool, store)
+        assert run_cases([], pool, store) == []
+
+
+def test_a_kept_result_without_all_numbers_is_computed_again(tmp_path: Path, speeds: Cases) -> None:
+    (case,) = speeds(1)
+    scenario = case.load()
     with ResultStore(tmp_path / "results.sqlite") as store:
-        store.add("a", "a", damaged)
-        with pytest.raises(StudyError, match="damaged"):
-            store["a"]
+        store.add(key(scenario), case.name, replace(simulate(scenario), relative_imbalance=math.nan))
+        assert key(scenario) not in store
+
+
+def test_the_answer_of_other_sources_is_refused(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "answer", lambda scenario: answer(scenario)._replace(key="another"))
+    with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
+        with pytest.raises(StudyError, match="case 0: was computed with other sources of haul_ros"):
+            run_cases(speeds(1), pool, store)
+        assert key(speeds(1)[0].load()) not in store
 
 
 def test_an_address_that_is_none_is_refused_at_once() -> None:

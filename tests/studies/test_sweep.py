@@ -61,7 +61,8 @@ def test_ranges_include_both_ends(
         (0, 1, 0.1, 3, "expected a step or a count"),
         (0, 1, None, 1, "must be 2 or more"),
         (0, float("inf"), 1, None, "must be finite"),
-        (0, 1, 1e-9, None, "expected at most 1000000"),
+        (0, 1, 1e-9, None, "more than 1000000 values"),
+        (0, 1e308, 1e-308, None, "more than 1000000 values"),
     ],
 )
 def test_ranges_that_are_none_are_refused(
