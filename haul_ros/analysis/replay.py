@@ -16,7 +16,10 @@ from haul_ros.model.sample import Sample
 from haul_ros.recording.reader import Recording
 from haul_ros.simulation.batch import RunError
 from haul_ros.simulation.session import Session
-from haul_ros.units import NS_PER_S
+from haul_ros.units import NS_PER_S, seconds_to_ns
+
+LONGEST_GAP = 600.0
+"""Simulation time [s] without a message that a recorder may have dropped; behind a longer one times are damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,17 +38,25 @@ class Difference:
 class Comparison:
     """Messages compared, how many differ in any bit, and where they begin to.
 
-    ``dropped`` is what the recorder says (None: it did not end): without a recorded command a replay may differ.
+    ``missing`` has how many messages by topic should be there and are not; the key "" stands for those of any topic
+    that the recorder wrote and the file no longer has. ``dropped`` is what the recorder says (None: it did not end):
+    without a recorded command a replay may differ.
     """
 
     messages: int
     differing: int
     first: Difference | None
+    missing: Mapping[str, int]
     dropped: int | None
+
+    @property
+    def identical(self) -> bool:
+        """Every message is there and the same."""
+        return self.first is None and not self.missing
 
 
 def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = lambda _: None) -> Comparison:
-    """Simulate a recorded run again and compare couplers, vehicles and cylinder pressure byte for byte.
+    """Simulate a recorded run again and compare couplers, vehicles, cylinder pressure and extremes byte for byte.
 
     Raises
     ------
@@ -57,21 +68,49 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     encoder = TelemetryEncoder(scenario.consist, recording.channels.prefix)
     messages, differing = 0, 0
     first: Difference | None = None
-    sample = session.sample()
-    replayed = {message.channel.topic: message for message in encoder.sample(sample)}
-    for recorded in recording.sample_messages():
+    times: dict[str, list[int]] = {channel.topic: [] for channel in recording.channels.samples}
+    replayed = _state(encoder, session)
+    for recorded in recording.state_messages():
         if steps := round((recorded.time_ns - session.time_ns) / NS_PER_S / scenario.time_step):
-            sample = _advance(session, steps)
-            replayed = {message.channel.topic: message for message in encoder.sample(sample)}
-            show(sample)
+            if not 0 < steps * scenario.time_step <= LONGEST_GAP:
+                problem = f"a message of {recorded.time_ns / NS_PER_S:.3f} s follows that of {session.time:.3f} s"
+                raise RecordingError(f"{recording.path}: {problem}: not replayed, its times cannot be right")
+            show(_advance(session, steps))
+            replayed = _state(encoder, session)
         messages += 1
+        if recorded.channel.topic in times:
+            times[recorded.channel.topic].append(recorded.time_ns)
         if recorded.data != replayed[recorded.channel.topic].data:
             differing += 1
             again = replayed[recorded.channel.topic]
             first = first or _difference(recording, scenario.consist, encoder, recorded, again)
     if not messages:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.couplers.topic}: nothing was run")
-    return Comparison(messages, differing, first, recording.info().dropped)
+    return Comparison(messages, differing, first, _missing(recording, times, session), recording.info().dropped)
+
+
+def _state(encoder: TelemetryEncoder, session: Session) -> dict[str, Message]:
+    """The messages that tell of the train's motion now, by topic."""
+    messages = (*encoder.sample(session.sample()), *encoder.extremes(session.time_ns, session.extremes()))
+    return {message.channel.topic: message for message in messages}
+
+
+def _missing(recording: Recording, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
+    """How many messages by topic are not there that the others, the rate of samples or the recorder tell of."""
+    found = set().union(*times.values())
+    facts = recording.info()
+    if not found:
+        return dict.fromkeys(times, 1)
+    period = session.steps_per_sample
+    first, last = (round(time_ns / NS_PER_S / session.scenario.time_step) for time_ns in (min(found), facts.end_ns))
+    steps = range(-(-first // period) * period, last + 1, period)
+    expected = found | {seconds_to_ns(step * session.scenario.time_step) for step in steps}
+    if facts.dropped is None:  # it ended anywhere, between two messages of a sample too
+        expected -= {max(expected)}
+    missing = {topic: len(expected - set(there)) for topic, there in times.items()}
+    if facts.written is not None and facts.written > facts.messages + sum(missing.values()):
+        missing[""] = facts.written - facts.messages - sum(missing.values())
+    return {topic: count for topic, count in missing.items() if count}
 
 
 def session_with_changes(recording: Recording, overrides: Mapping[str, object]) -> Session:
@@ -86,6 +125,9 @@ def session_with_changes(recording: Recording, overrides: Mapping[str, object]) 
     """
     scenario = recorded_scenario(recording, overrides)
     end = recording.info().end_ns / NS_PER_S
+    room = (recording.count(recording.channels.couplers) + 1) / scenario.sample_rate + LONGEST_GAP
+    if end > max(room, scenario.max_duration):
+        raise RecordingError(f"{recording.path}: has too few couplers for {end:.3f} s, its times cannot be right")
     requests = recording.requests()
     if any(key.split(".")[0] == "radio" for key in overrides):
         requests = tuple(timed for timed in requests if not isinstance(timed.request, RadioLinkChange))
@@ -104,11 +146,12 @@ def _difference(
 ) -> Difference:
     topic = recorded.channel.topic
     try:
-        before, after = encoder.decode_sample(recorded), encoder.decode_sample(replayed)
+        before, after = encoder.decode_state(recorded), encoder.decode_state(replayed)
     except ValueError as error:
         at = f"{recorded.time_ns / NS_PER_S:.3f} s"
         raise RecordingError(f"{recording.path}: {topic} at {at} is not of the recorded train: {error}") from error
-    names = consist.coupler_names if topic == recording.channels.couplers.topic else consist.vehicle_names
+    of_vehicles = topic in (recording.channels.vehicles.topic, recording.channels.brake_cylinder_pressure.topic)
+    names = consist.vehicle_names if of_vehicles else consist.coupler_names
     for quantity, values in before.items():
         others = after[quantity]
         if len(at_index := np.flatnonzero(values.view(np.int64) != others.view(np.int64))):

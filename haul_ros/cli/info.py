@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import suppress
 from typing import Any
 
-from haul_ros.cli.layout import file_size, rows
+from haul_ros.cli.layout import file_size, printable, rows
+from haul_ros.errors import RecordingError
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.reader import Recording
+from haul_ros.recording.recovery import Survey, survey
 from haul_ros.units import NS_PER_S
 
 
 def info(arguments: argparse.Namespace) -> int:
-    """Print the facts about a recording."""
-    with Recording(arguments.file) as recording:
-        facts = recording.info()
+    """Print the facts about a recording; of one that cannot be opened those before its damage, and what is wrong."""
+    try:
+        with Recording(arguments.file) as recording:
+            facts = recording.info()
+    except RecordingError:
+        with suppress(RecordingError):
+            found = survey(arguments.file)
+            print(json.dumps(_trusted_json(found), indent=2) if arguments.json else "\n".join(_trusted_lines(found)))
+        raise
     print(json.dumps(_json(facts), indent=2) if arguments.json else "\n".join(_lines(facts)))
     return 0
 
@@ -27,7 +36,7 @@ def _lines(facts: RecordingInfo) -> list[str]:
         f"{facts.path}: {file_size(facts.size)}, compression {facts.compression}, by haul_ros {facts.version}",
         *rows(
             [
-                ("scenario", f"{facts.scenario}: {facts.description}"),
+                ("scenario", printable(f"{facts.scenario}: {facts.description}")),
                 ("train", f"{facts.vehicles} vehicles, {facts.couplers} couplers, {', '.join(facts.locomotives)}"),
                 ("time", f"{times}, time step {facts.time_step * 1e3:g} ms"),
                 ("messages", f"{facts.messages}, {_completeness(facts)}"),
@@ -36,6 +45,38 @@ def _lines(facts: RecordingInfo) -> list[str]:
         "topics",
         *(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}" for topic in facts.topics),
     ]
+
+
+def _trusted_lines(found: Survey) -> list[str]:
+    width = max(map(len, found.counts), default=0)
+    lost = f"the last {found.bytes_lost} bytes: {found.damage}" if found.damage else "only its summary section"
+    return [
+        f"{found.path}: {file_size(found.size)}, damaged or unfinished; before its damage",
+        *rows(
+            [
+                ("scenario", printable(f"{found.description.get('scenario')}: {found.description.get('description')}")),
+                ("messages", f"{sum(found.counts.values())} up to {found.end_ns / NS_PER_S:.3f} s of simulation"),
+                ("damaged", lost),
+            ]
+        ),
+        "topics",
+        *(f"  {topic:{width}} {count:8d}" for topic, count in found.counts.items()),
+    ]
+
+
+def _trusted_json(found: Survey) -> dict[str, Any]:
+    return {
+        "path": str(found.path),
+        "size_bytes": found.size,
+        "complete": False,
+        "damage": found.damage,
+        "bytes_lost": found.bytes_lost,
+        "scenario": found.description.get("scenario"),
+        "description": found.description.get("description"),
+        "end_ns": found.end_ns,
+        "messages": sum(found.counts.values()),
+        "topics": found.counts,
+    }
 
 
 def _completeness(facts: RecordingInfo) -> str:

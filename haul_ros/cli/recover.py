@@ -10,6 +10,9 @@ from haul_ros.cli.layout import file_size, rows
 from haul_ros.recording.recovery import Recovery, recover
 from haul_ros.units import NS_PER_S
 
+_SHOWN = 3
+"""Gaps that are told one by one."""
+
 
 def recover_file(arguments: argparse.Namespace) -> int:
     """Recover a recording into a new file and say what was recovered and what was lost."""
@@ -28,5 +31,11 @@ def _recovered(result: Recovery) -> str:
 
 
 def _lost(result: Recovery) -> str:
-    tail = f"the last {result.bytes_lost} bytes: {result.damage}" if result.damage else "nothing of the file"
-    return f"{tail}; {result.missing} messages were dropped while recording" if result.missing else tail
+    parts = [f"the last {result.bytes_lost} bytes: {result.damage}" if result.damage else "nothing of the file"]
+    if result.missing:
+        shown = ", ".join(f"{begin / NS_PER_S:.3f} to {end / NS_PER_S:.3f} s" for begin, end in result.gaps[:_SHOWN])
+        more = f" and {len(result.gaps) - _SHOWN} more" if len(result.gaps) > _SHOWN else ""
+        parts.append(f"{result.missing} messages, dropped while recording or taken out, between {shown}{more}")
+    if result.repeated:
+        parts.append(f"{result.repeated} messages that were there twice were left out")
+    return "; ".join(parts)

@@ -37,22 +37,25 @@ def _compare(arguments: argparse.Namespace, recording: Recording) -> int:
     with progress(recorded_scenario(recording), quiet=arguments.json) as bar:
         found = replay_and_compare(recording, bar.show)
     if arguments.json:
-        print(json.dumps({"identical": found.first is None, **asdict(found)}, indent=2))
+        print(json.dumps({"identical": found.identical, **asdict(found)}, indent=2))
     else:
         print("\n".join(_lines(found)))
     if found.dropped != 0:
         print(f"haul: warning: {_incomplete(found.dropped)}: a replay may differ", file=sys.stderr)
-    return 0 if found.first is None else 1
+    return 0 if found.identical else 1
 
 
 def _lines(found: Comparison) -> list[str]:
+    missing = [f"missing: {count} messages of {topic or 'other topics'}" for topic, count in found.missing.items()]
     if found.first is None:
-        return [f"identical: {found.messages} messages of couplers, vehicles and cylinder pressure, bit for bit"]
+        same = f"{found.messages} messages of couplers, vehicles, cylinder pressure and extremes, bit for bit"
+        return [f"incomplete: the same are {same}" if missing else f"identical: {same}", *missing]
     first = found.first
     values = f"{first.quantity}: recorded {first.recorded!r}, replayed {first.replayed!r}"
     return [
         f"different: {found.differing} of {found.messages} messages",
         f"first at {first.time_ns / NS_PER_S:.3f} s in {first.topic}: {first.name} {values}",
+        *missing,
     ]
 
 

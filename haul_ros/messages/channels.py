@@ -79,6 +79,16 @@ class ChannelTable:
     commands: Mapping[CommandKind, Mapping[str, Channel]]
     radio: Mapping[str, Mapping[str, Channel]]
 
+    @property
+    def samples(self) -> tuple[Channel, Channel, Channel]:
+        """What each sample has a message of."""
+        return self.couplers, self.vehicles, self.brake_cylinder_pressure
+
+    @property
+    def state(self) -> tuple[Channel, ...]:
+        """What tells of the train's motion alone, so that the same run gives the same bytes."""
+        return (*self.samples, self.max_compression, self.max_tension)
+
     def __iter__(self) -> Iterator[Channel]:
         yield from (self.couplers, self.vehicles, self.brake_cylinder_pressure)
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)

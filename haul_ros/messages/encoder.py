@@ -16,6 +16,7 @@ from haul_ros.messages.cdr import (
 from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
 from haul_ros.messages.quantities import (
     COUPLER_QUANTITIES,
+    EXTREME_QUANTITIES,
     PRESSURE_QUANTITY,
     VEHICLE_QUANTITIES,
     coupler_arrays,
@@ -119,8 +120,8 @@ class TelemetryEncoder:
             Message(channels.brake_cylinder_pressure, time_ns, self._pressure.encode(sample.cylinder_pressure)),
         )
 
-    def decode_sample(self, message: Message) -> dict[str, FloatArray]:
-        """The arrays of a message of `sample` by quantity.
+    def decode_state(self, message: Message) -> dict[str, FloatArray]:
+        """The arrays of a message of `sample` or `extremes` by quantity.
 
         Raises
         ------
@@ -129,9 +130,11 @@ class TelemetryEncoder:
         """
         if message.channel == self.channels.brake_cylinder_pressure:
             return {PRESSURE_QUANTITY: self._pressure.decode(message.data)}
+        if message.channel == self.channels.vehicles:
+            return dict(zip(VEHICLE_QUANTITIES, self._vehicles.decode(message.data), strict=True))
         of_couplers = message.channel == self.channels.couplers
-        arrays = (self._couplers if of_couplers else self._vehicles).decode(message.data)
-        return dict(zip(COUPLER_QUANTITIES if of_couplers else VEHICLE_QUANTITIES, arrays, strict=True))
+        quantities = COUPLER_QUANTITIES if of_couplers else EXTREME_QUANTITIES
+        return dict(zip(quantities, self._couplers.decode(message.data), strict=True))
 
     def extremes(self, time_ns: int, extremes: CouplerExtremes) -> tuple[Message, Message]:
         """Largest compression and largest tension of each coupler so far; see `ExtremeArrays`."""

@@ -46,6 +46,9 @@ class ExtremeArrays(NamedTuple):
     force: FloatArray
 
 
+EXTREME_QUANTITIES = ("stroke [m]", "time [s]", "force [N]")
+
+
 def coupler_arrays(sample: Sample) -> CouplerArrays:
     """What a message of couplers holds of a sample."""
     return CouplerArrays(stroke=sample.stroke, stroke_rate=sample.stroke_rate, force=sample.coupler_force)

@@ -50,8 +50,12 @@ class ColumnReader:
 
     def read(self, columns: Sequence[Columns]) -> None:
         """Fill the columns with all messages of their topics."""
+        room = sum(chunk.uncompressed_size for chunk in self._chunks)
         for column in columns:
-            column.allocate(self._index.count(column.topic))
+            count = self._index.count(column.topic)
+            if count * column.codec.size > room:
+                raise ValueError(f"{column.topic}: {count} messages, more than its chunks have room for")
+            column.allocate(count)
         for pieces in self._runs_by_chunk(columns):
             for column, found in zip(columns, pieces, strict=True):
                 column.add(found)

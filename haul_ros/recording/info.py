@@ -22,7 +22,8 @@ class RecordingInfo:
     """What is in a recording. Times are simulation times; without messages both are 0.
 
     ``compression`` is that of the chunks; ``dropped`` is how many messages the recorder could not write
-    (None: not known, it did not end); ``topics`` are sorted by name.
+    (None: not known, it did not end), ``written`` how many it wrote (None: an older version); ``topics`` are sorted by
+    name.
     """
 
     path: Path
@@ -40,6 +41,7 @@ class RecordingInfo:
     start_ns: int
     end_ns: int
     dropped: int | None
+    written: int | None
 
     @property
     def duration(self) -> float:

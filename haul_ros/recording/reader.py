@@ -27,6 +27,7 @@ from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
+from haul_ros.recording.integrity import attachment, check_chunks, check_summary, checked_description
 from haul_ros.recording.opening import open_finished, reading
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
 from haul_ros.recording.series import (
@@ -39,6 +40,10 @@ from haul_ros.recording.series import (
 )
 from haul_ros.recording.topics import TopicIndex
 
+SMALLEST_MESSAGE = 31
+"""Bytes of a message record without data."""
+LATEST_NS = 2**60
+"""Simulation time [ns] that no run reaches: 36 years."""
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
 
 
@@ -60,9 +65,11 @@ class Recording:
         try:
             with self._border():
                 self._size = os.fstat(self._stream.fileno()).st_size
+                check_summary(self._stream.fileno(), self._size)
                 # No record is longer than the file, whatever a damaged one says.
                 self._reader = SeekingReader(self._stream, validate_crcs=True, record_size_limit=self._size)
                 self._summary, self._statistics = self._read_summary()
+                check_chunks(self._stream.fileno(), self._size, self._summary.chunk_indexes)
                 self.metadata = self._read_metadata()
                 """Description of the run by the recorder, as text."""
                 locomotives: list[str] = json.loads(self.metadata["locomotives"])
@@ -90,16 +97,16 @@ class Recording:
     def scenario_document(self) -> str:
         """The scenario as recorded: self-contained YAML text."""
         with self._border():
-            for attachment in self._reader.iter_attachments():
-                if attachment.name == SCENARIO_NAME:
-                    return attachment.data.decode()
+            for index in self._summary.attachment_indexes:
+                if index.name == SCENARIO_NAME:
+                    return attachment(self._stream.fileno(), index).decode()
         raise RecordingError(f"{self.path}: has no attachment {SCENARIO_NAME}")
 
     def info(self) -> RecordingInfo:
         """Facts about the file, without reading its messages."""
         with self._border():
             statistics = self._statistics
-            dropped = self.metadata.get("messages_dropped")
+            dropped, written = (self.metadata.get(key) for key in ("messages_dropped", "messages_written"))
             return RecordingInfo(
                 path=self.path,
                 size=self._size,
@@ -116,6 +123,7 @@ class Recording:
                 start_ns=statistics.message_start_time,
                 end_ns=statistics.message_end_time,
                 dropped=None if dropped is None else int(dropped),
+                written=None if written is None else int(written),
             )
 
     def count(self, channel: Channel) -> int:
@@ -204,6 +212,8 @@ class Recording:
         requests: list[TimedRequest] = []
         with self._border():
             for _, channel, message in self._reader.iter_messages(topics=codec.topics):
+                if message.log_time > LATEST_NS:
+                    raise ValueError(f"{channel.topic}: a message at {message.log_time} ns")
                 if codec.is_state(channel.topic) and channel.topic not in begun:
                     begun.add(channel.topic)  # how the link was when the run began
                 else:
@@ -222,12 +232,9 @@ class Recording:
                 for time_ns, entry in entries
             )
 
-    def sample_messages(self) -> Iterator[Message]:
-        """Couplers, vehicles and brake cylinder pressure as recorded, byte for byte, in order of time."""
-        table = self.channels
-        by_topic = {
-            channel.topic: channel for channel in (table.couplers, table.vehicles, table.brake_cylinder_pressure)
-        }
+    def state_messages(self) -> Iterator[Message]:
+        """Couplers, vehicles, brake cylinder pressure and extremes as recorded, byte for byte, in order of time."""
+        by_topic = {channel.topic: channel for channel in self.channels.state}
         with self._border():
             for _, channel, message in self._reader.iter_messages(topics=list(by_topic)):
                 yield Message(by_topic[channel.topic], message.log_time, message.data)
@@ -239,14 +246,23 @@ class Recording:
         summary = self._reader.get_summary()
         if summary is None or summary.statistics is None:
             raise RecordingError(f"{self.path}: MCAP file without index, expected a recording of haul_ros")
+        if not 0 <= summary.statistics.message_end_time <= LATEST_NS:
+            raise ValueError(f"a message at {summary.statistics.message_end_time} ns")
+        if summary.statistics.message_count * SMALLEST_MESSAGE > sum(
+            c.uncompressed_size for c in summary.chunk_indexes
+        ):
+            raise ValueError("more messages than its chunks have room for")
         return summary, summary.statistics
 
     def _read_metadata(self) -> dict[str, str]:
-        # The record of the end holds all that the one of the start does.
-        records = [record.metadata for record in self._reader.iter_metadata() if record.name == RECORD_NAME]
+        found = (record for record in self._reader.iter_metadata() if record.name == RECORD_NAME)
+        records = [checked_description(record.metadata) for record in found]
         if not records:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
-        return records[-1]
+        first, last = records[0], records[-1]
+        if first.items() - last.items():
+            raise ValueError("the descriptions of the run at its start and at its end differ")
+        return last
 
     def _messages(self, topic: str) -> Iterator[McapMessage]:
         """As many messages as the statistics say, or ValueError."""

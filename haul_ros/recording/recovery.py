@@ -23,6 +23,7 @@ from haul_ros.errors import RecordingError
 from haul_ros.files import open_file
 from haul_ros.messages.channels import channel_table
 from haul_ros.messages.encoder import Message
+from haul_ros.recording.integrity import check_chunk, checked_description
 from haul_ros.recording.opening import another_kind
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile
 
@@ -37,15 +38,85 @@ LONGEST_RECORD = 16 * 1024 * 1024
 class Recovery:
     """What was recovered: messages and the simulation time [ns] of the last of them (0 if there is none).
 
-    ``missing`` messages have left a gap in the numbers of their topic: the recorder dropped them. ``bytes_lost``
-    follow the last byte that was of use; ``damage`` says what is wrong there, None: nothing, all was recovered.
+    ``missing`` messages have left a gap in the numbers of their topic, between the simulation times [ns] in ``gaps``:
+    dropped while recording, or taken out of the file. ``repeated`` messages were in the file again, and left out.
+    ``bytes_lost`` follow the last byte that was of use; ``damage`` says what is wrong there, None: nothing.
     """
 
     messages: int
     end_ns: int
     missing: int
+    gaps: tuple[tuple[int, int], ...]
+    repeated: int
     bytes_lost: int
     damage: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What can be trusted of a recording that cannot be opened: all before its first damage.
+
+    ``description`` is that of the run, ``counts`` has messages by topic; the others are as in `Recovery`.
+    """
+
+    path: Path
+    size: int
+    description: dict[str, str]
+    counts: dict[str, int]
+    end_ns: int
+    bytes_lost: int
+    damage: str | None
+
+
+class _Sequences:
+    """The numbers of messages by topic: which follow, where some are missing, which were there before."""
+
+    def __init__(self) -> None:
+        self.missing = self.repeated = 0
+        self.gaps: list[tuple[int, int]] = []
+        self._next: dict[str, tuple[int, int]] = {}
+
+    def take(self, topic: str, message: McapMessage) -> bool:
+        """Whether a message is to be kept."""
+        expected, last_ns = self._next.get(topic, (0, 0))
+        if message.sequence < expected:
+            self.repeated += 1
+            return False
+        if message.sequence > expected:
+            self.missing += message.sequence - expected
+            self._add_gap(last_ns, message.log_time)
+        self._next[topic] = message.sequence + 1, message.log_time
+        return True
+
+    def _add_gap(self, begin: int, end: int) -> None:
+        """Topics that miss the same time miss it in one gap."""
+        if self.gaps and begin <= self.gaps[-1][1] and end >= self.gaps[-1][0]:
+            begin, end = min(begin, self.gaps[-1][0]), max(end, self.gaps[-1][1])
+            self.gaps.pop()
+        self.gaps.append((begin, end))
+
+
+def survey(path: Path) -> Survey:
+    """Read a recording from its start to its first damage.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, is no recording of haul_ros or is damaged before its first message.
+    """
+    try:
+        with open_file(path) as file, _Window(FileIO(file.fileno(), closefd=False)) as stream:
+            source = _Source(path, stream)
+            description, _ = source.read_beginning()
+            counts: Counter[str] = Counter()
+            end_ns = 0
+            for messages in source.chunks():
+                counts.update(topic for topic, _ in messages)
+                end_ns = max([end_ns, *(message.log_time for _, message in messages)])
+            lost = source.size - source.good
+            return Survey(path, source.size, description, dict(sorted(counts.items())), end_ns, lost, source.damage)
+    except OSError as err:
+        raise RecordingError(f"{path}: cannot be read: {err.strerror}") from err
 
 
 def recover(source: Path, target: Path) -> Recovery:
@@ -69,21 +140,21 @@ def _recover(source: _Source, target: Path) -> Recovery:
     try:
         table = channel_table(json.loads(description["locomotives"]), description["topic_prefix"])
         file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
-    except (KeyError, ValueError) as err:
+    except (KeyError, TypeError, ValueError) as err:
         raise RecordingError(f"{source.path}: its description of the run is damaged: {err}") from err
     by_topic = {channel.topic: channel for channel in table}
-    highest: dict[str, int] = {}
-    counts: Counter[str] = Counter()
-    end_ns = 0
+    sequences = _Sequences()
+    count = end_ns = 0
     try:
         for messages in source.chunks():
             for topic, message in messages:
                 if topic not in file:
                     raise RecordingError(f"{source.path}: {topic} is no topic of a recording of this version")
+                if not sequences.take(topic, message):
+                    continue
                 put = Message(by_topic[topic], message.log_time, message.data)
                 file.add(put, message.sequence, message.publish_time)
-                counts[topic] += 1
-                highest[topic] = max(highest.get(topic, 0), message.sequence)
+                count += 1
                 end_ns = max(end_ns, message.log_time)
             file.flush()
         file.finish(dropped=None)
@@ -95,8 +166,8 @@ def _recover(source: _Source, target: Path) -> Recovery:
         if isinstance(err, OSError):
             raise RecordingError(f"{target}: cannot be written: {err.strerror}") from err
         raise
-    missing = sum(number + 1 - counts[topic] for topic, number in highest.items())
-    return Recovery(counts.total(), end_ns, missing, source.size - source.good, source.damage)
+    lost, gaps = source.size - source.good, tuple(sequences.gaps)
+    return Recovery(count, end_ns, sequences.missing, gaps, sequences.repeated, lost, source.damage)
 
 
 class _Window(BufferedReader):
@@ -130,7 +201,7 @@ class _Source:
             if isinstance(record, Header) and record.profile != "ros2":
                 raise RecordingError(f"{self.path}: MCAP profile {record.profile!r}, expected 'ros2'")
             if isinstance(record, Metadata) and record.name == RECORD_NAME:
-                description = record.metadata
+                description = self._checked(record.metadata)
             if isinstance(record, Attachment) and record.name == SCENARIO_NAME and description is not None:
                 try:
                     return description, record.data.decode()
@@ -143,12 +214,19 @@ class _Source:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
         raise RecordingError(f"{self.path}: nothing to recover: damaged before its first message: {self.damage}")
 
+    def _checked(self, metadata: dict[str, str]) -> dict[str, str]:
+        try:
+            return checked_description(metadata)
+        except ValueError as err:
+            raise RecordingError(f"{self.path}: nothing to recover: {err}") from err
+
     def chunks(self) -> Iterator[list[tuple[str, McapMessage]]]:
         """The messages of each chunk with their topics."""
         topics: dict[int, str] = {}
         for record in self._records:
             if isinstance(record, Chunk):
                 try:
+                    check_chunk(record)
                     records = breakup_chunk(record, validate_crc=True)
                     topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
                     messages = [

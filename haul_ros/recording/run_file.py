@@ -19,6 +19,7 @@ from haul_ros.messages.channels import Channel, ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
+from haul_ros.recording.integrity import CHECKSUM, checksum_of
 from haul_ros.version import __version__
 
 ACTIVE_SUFFIX = ".active"
@@ -88,6 +89,7 @@ class RunFile:
         self._counts: Counter[str] = Counter()
         self._start_ns = self._end_ns = 0
         self._stream = _create(path, self.active)
+        self._identity = os.fstat(self._stream.fileno())
         try:
             self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=_COMPRESSION[compression])
             self._begin(document)
@@ -127,7 +129,7 @@ class RunFile:
     def _add_records(self, channels: Iterable[Channel], description: dict[str, str]) -> None:
         bag = rosbag2_metadata.bag_metadata(self.path.name, channels, self._counts, self._start_ns, self._end_ns)
         self._writer.add_metadata(rosbag2_metadata.RECORD_NAME, {"serialized_metadata": bag})
-        self._writer.add_metadata(RECORD_NAME, description)
+        self._writer.add_metadata(RECORD_NAME, description | {CHECKSUM: checksum_of(description)})
 
     @property
     def size(self) -> int:
@@ -146,8 +148,15 @@ class RunFile:
         self._counts[topic] += 1
 
     def flush(self) -> None:
-        """Hand everything so far to the operating system: it survives the end of this process."""
+        """Hand everything so far to the operating system: it survives the end of this process.
+
+        Raises
+        ------
+        RecordingError
+            The file has been removed, renamed or replaced meanwhile.
+        """
         self._writer.flush()
+        self._check_name(self.active)
 
     def finish(self, dropped: int | None) -> int:
         """Complete the file, note how many messages were dropped, give it its name; returns its size in bytes.
@@ -157,9 +166,10 @@ class RunFile:
         Raises
         ------
         RecordingError
-            A file of that name has come into being meanwhile; the recording keeps its ``.active`` name.
+            A file of that name has come into being meanwhile, and the recording keeps its ``.active`` name; or that
+            one has been removed, renamed or replaced.
         """
-        self._writer.flush()
+        self.flush()
         counts = {"messages_written": str(sum(self._counts.values()))}
         if dropped is not None:
             counts["messages_dropped"] = str(dropped)
@@ -173,7 +183,16 @@ class RunFile:
             _rename(self.active, self.path)
         except FileExistsError:
             raise RecordingError(f"{self.path}: exists by now, not overwritten; recorded as {self.active}") from None
+        self._check_name(self.path)
         return size
+
+    def _check_name(self, name: Path) -> None:
+        """See that the file that is written still is the one of this name."""
+        with suppress(OSError):
+            if os.path.samestat(os.lstat(name), self._identity):
+                return
+        lost = "its content is where it was moved to, or lost"
+        raise RecordingError(f"{self.path}: recording failed: {name} was removed, renamed or replaced; {lost}")
 
     def abandon(self) -> None:
         """Leave the file as it is."""

@@ -196,10 +196,16 @@ class McapRecorder:
                 self._fail(err)
 
     def _fail(self, err: Exception) -> None:
-        reason = (err.strerror if isinstance(err, OSError) else None) or f"{type(err).__name__}: {err}"
-        self._failure = f"{self.path}: recording failed: {reason}; what was written is in {self._file.active}, "
-        self._failure += recovery_hint(self._file.active)
+        if isinstance(err, RecordingError):
+            self._failure = str(err)
+        else:
+            self._failure = self._failed(err)
         self._written -= self._unflushed
         self._dropped_failed += self._unflushed
         self._unflushed = 0
         self._file.abandon()
+
+    def _failed(self, err: Exception) -> str:
+        reason = (err.strerror if isinstance(err, OSError) else None) or f"{type(err).__name__}: {err}"
+        kept = f"what was written is in {self._file.active}, {recovery_hint(self._file.active)}"
+        return f"{self.path}: recording failed: {reason}; {kept}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from haul_ros.analysis.replay import session_with_changes
 from haul_ros.messages.encoder import Message, TelemetryEncoder
@@ -67,14 +69,19 @@ def live(haul: Haul) -> Haul:
 
 def sample_messages(path: str) -> list[Message]:
     with Recording(path) as recording:
-        return list(recording.sample_messages())
+        return [m for m in recording.state_messages() if m.channel in recording.channels.samples]
 
 
 def test_a_batch_run_is_repeated_bit_for_bit(recorded: Haul) -> None:
     outcome = recorded("replay", "run.mcap")
     assert (outcome.status, outcome.err) == (0, "")
-    count = len(sample_messages("run.mcap"))
-    assert outcome.out == f"identical: {count} messages of couplers, vehicles and cylinder pressure, bit for bit\n"
+    with Recording("run.mcap") as recording:
+        count = len(list(recording.state_messages()))
+        samples = recording.count(recording.channels.couplers)
+    assert count > 3 * samples
+    assert outcome.out == (
+        f"identical: {count} messages of couplers, vehicles, cylinder pressure and extremes, bit for bit\n"
+    )
 
 
 def test_a_live_run_is_repeated_with_its_commands_and_links(live: Haul) -> None:
@@ -148,6 +155,100 @@ def test_a_changed_number_is_found_with_its_time_and_coupler(recorded: Haul) -> 
     assert "first at 1.000 s in /haul/couplers: coupler_011 force [N]: recorded " in outcome.out
     found = json.loads(recorded("replay", "changed.mcap", "--json").out)
     assert (found["identical"], found["differing"], found["first"]["name"]) == (False, 1, "coupler_011")
+
+
+def without(source: str, target: str, left_out: Callable[[str, int], bool]) -> None:
+    """Copy a recording as other people's tools do, without some messages: all checksums are right."""
+    with Path(source).open("rb") as stream, Path(target).open("wb") as copy:
+        reader, writer = make_reader(stream), Writer(copy)
+        summary = reader.get_summary()
+        assert summary is not None
+        writer.start("ros2", "another tool")
+        metadata = list(reader.iter_metadata())
+        for record in metadata[:2]:
+            writer.add_metadata(record.name, record.metadata)
+        for attachment in reader.iter_attachments():
+            writer.add_attachment(
+                attachment.create_time, attachment.log_time, attachment.name, attachment.media_type, attachment.data
+            )
+        schemas = {n: writer.register_schema(s.name, s.encoding, s.data) for n, s in summary.schemas.items()}
+        channels = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            if left_out(channel.topic, message.log_time):
+                continue
+            if channel.id not in channels:
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, schemas[schema.id], dict(channel.metadata)
+                )
+            writer.add_message(
+                channels[channel.id], message.log_time, message.data, message.publish_time, message.sequence
+            )
+        for record in metadata[2:]:
+            writer.add_metadata(record.name, record.metadata)
+        writer.finish()
+
+
+@pytest.mark.parametrize(
+    ("left_out", "told"),
+    [
+        (lambda topic, _: topic == "/haul/couplers", "of /haul/couplers\n"),
+        (lambda topic, _: topic == "/haul/vehicles", "of /haul/vehicles\n"),
+        (lambda topic, time: topic == "/haul/couplers" and time == SECOND, "missing: 1 messages of /haul/couplers\n"),
+        (lambda _, time: time == SECOND, "missing: 1 messages of /haul/vehicles\n"),
+        (lambda topic, _: topic == "/haul/max_tension", "of other topics\n"),
+        (lambda _, time: time > 2 * SECOND, "of other topics\n"),
+        (lambda topic, _: topic == "/haul/slave_1/radio_delay", "missing: 1 messages of other topics\n"),
+    ],
+)
+def test_a_file_that_lacks_messages_is_not_called_identical(
+    recorded: Haul, left_out: Callable[[str, int], bool], told: str
+) -> None:
+    without("run.mcap", "all.mcap", lambda *_: False)
+    assert recorded("replay", "all.mcap").status == 0
+    without("run.mcap", "less.mcap", left_out)
+    outcome = recorded("replay", "less.mcap")
+    assert outcome.status == 1
+    assert outcome.out.startswith("incomplete: ")
+    assert told in outcome.out
+    found = json.loads(recorded("replay", "less.mcap", "--json").out)
+    assert not found["identical"]
+    assert found["missing"]
+
+
+def test_a_changed_extreme_is_found(recorded: Haul) -> None:
+    scenario = load_scenario("short.yaml")
+    encoder = TelemetryEncoder(scenario.consist)
+    with (
+        McapRecorder("changed.mcap", scenario, encoder.channels, when_full="block") as recorder,
+        Recording("run.mcap") as recording,
+    ):
+        for message in recording.state_messages():
+            data = bytearray(message.data)
+            data[-4 - 8 * 10] ^= message.channel == recording.channels.max_tension and message.time_ns == 2 * SECOND
+            recorder.put([message._replace(data=bytes(data))], 0)
+        recorder.put(encoder.entries(recording.requests()), 0)
+    outcome = recorded("replay", "changed.mcap")
+    assert outcome.status == 1
+    assert "first at 2.000 s in /haul/max_tension: coupler_011 force [N]: recorded " in outcome.out
+
+
+@pytest.mark.parametrize("time_ns", [2**63 + 40_000_000, 2**61, 2**59, 1_000_000 * SECOND])
+@pytest.mark.parametrize("arguments", [(), ("--set", "initial_speed_kmh=20", "-o", "new.mcap")])
+def test_a_forged_time_is_refused_and_not_simulated_up_to(
+    recorded: Haul, time_ns: int, arguments: tuple[str, ...]
+) -> None:
+    scenario = load_scenario("short.yaml")
+    encoder = TelemetryEncoder(scenario.consist)
+    with McapRecorder("forged.mcap", scenario, encoder.channels, when_full="block") as recorder:
+        for message in sample_messages("run.mcap")[:30]:
+            recorder.put([message], 0)
+        recorder.put([sample_messages("run.mcap")[30]._replace(time_ns=time_ns)], 0)
+    outcome = recorded("replay", "forged.mcap", *arguments)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.startswith("haul: forged.mcap: ")
+    assert outcome.err.count("\n") == 1
+    assert not Path("new.mcap").exists()
 
 
 def test_commands_of_the_scenario_are_given_once(recorded: Haul) -> None:

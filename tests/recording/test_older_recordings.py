@@ -81,9 +81,8 @@ def test_what_an_older_recording_lacks_there_is_none_of(
     with Recording(older) as recording:
         assert {topic.topic for topic in recording.info().topics} == {channel.topic for channel in TABLE} - lacking
         assert [len(series.time_ns) for series in recording.samples()] == [1, 1, 1]
-        assert [message for message in messages if message.channel.topic in SAMPLES] == list(
-            recording.sample_messages()
-        )
+        state = {channel.topic for channel in TABLE.state} - lacking
+        assert [message for message in messages if message.channel.topic in state] == list(recording.state_messages())
         for channel in recording.channels:
             times = [message.time_ns for message in messages if message.channel == channel]
             assert recording.count(channel) == len(times)
@@ -102,6 +101,6 @@ def test_an_older_recording_that_was_cut_off_is_recovered(older: Path, tmp_path:
     result = recover(unfinished, tmp_path / "killed.mcap")
     assert (result.messages, result.missing) == (len(messages), 0)
     with Recording(older) as first, Recording(tmp_path / "killed.mcap") as second:
-        assert list(second.sample_messages()) == list(first.sample_messages())
+        assert list(second.state_messages()) == list(first.state_messages())
         assert second.requests() == first.requests()
         assert second.events() == first.events()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import pickle
 import random
@@ -15,13 +16,14 @@ import sys
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import mcap.records
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
 from mcap.records import Chunk, DataEnd, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -287,7 +289,7 @@ def test_on_a_full_disk_simulation_and_topics_go_on_and_the_file_is_recovered(tm
     result = recover(tmp_path / "run.mcap.active", tmp_path / "run.mcap")
     assert result.damage is not None
     with Recording(tmp_path / "run.mcap") as recording:
-        recovered = [m.data for m in recording.sample_messages() if m.channel == encoder.channels.couplers]
+        recovered = [m.data for m in recording.state_messages() if m.channel == encoder.channels.couplers]
     assert len(recovered) > 10
     assert recovered == [message.data for message in couplers[: len(recovered)]]
 
@@ -378,3 +380,51 @@ def test_whatever_the_moment_of_a_kill_all_that_is_older_than_a_second_is_recove
 def _raw(path: Path) -> list[mcap.records.Message]:
     with path.open("rb") as stream:
         return [message for _, _, message in make_reader(stream, validate_crcs=True).iter_messages()]
+
+
+def chunks_of(path: Path) -> tuple[bytes, list[bytes], bytes]:
+    """What stands before the first chunk with messages, every such chunk with its indexes, and the rest."""
+    data = path.read_bytes()
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    edges = [
+        (index.chunk_start_offset, index.chunk_start_offset + index.chunk_length + index.message_index_length)
+        for index in summary.chunk_indexes
+        if index.message_index_offsets
+    ]
+    return data[: edges[0][0]], [data[begin:end] for begin, end in edges], data[edges[-1][1] :]
+
+
+@pytest.mark.parametrize(
+    ("order", "missing", "repeated"),
+    [((0, 1, 1, 2, 3), (), (1,)), ((0, 0, 0, 1, 2, 3), (), (0, 0)), ((0, 2, 3), (1,), ()), ((0, 2, 2, 3), (1,), (2,)),
+     ((0, 3), (1, 2), ()), ((0, 1, 2, 3, 1), (), (1,))],
+)  # fmt: skip
+def test_chunks_that_are_there_twice_or_not_at_all_are_counted_right(
+    whole: Path, tmp_path: Path, order: tuple[int, ...], missing: tuple[int, ...], repeated: tuple[int, ...]
+) -> None:
+    head, chunks, tail = chunks_of(whole)
+    chunks = [*chunks[:3], b"".join(chunks[3:])]
+    sizes = [len(content_of_part(head + chunk)) for chunk in chunks]
+    assert sum(sizes) == 3 * SAMPLES
+    other, copy = tmp_path / "other.mcap", tmp_path / "copy.mcap"
+    other.write_bytes(head + b"".join(chunks[n] for n in order) + tail)
+    result = recover(other, copy)
+    assert result.messages == sum(sizes[n] for n in set(order))
+    assert result.missing == sum(sizes[n] for n in missing)
+    assert result.repeated == sum(sizes[n] for n in repeated)
+    assert len(result.gaps) == len(missing[:1])
+    recovered = content_of(copy)
+    assert len(recovered) == len(set(recovered)) == result.messages
+
+
+def content_of_part(data: bytes) -> list[object]:
+    """Message records of a file without an end."""
+    records = StreamReader(io.BytesIO(data), emit_chunks=True).records
+    found = []
+    with suppress(EndOfFile):
+        for record in records:
+            if isinstance(record, Chunk):
+                found += [inner for inner in breakup_chunk(record) if isinstance(inner, mcap.records.Message)]
+    return list(found)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,9 +10,11 @@ import pytest
 
 from haul_ros.errors import RecordingError
 from haul_ros.messages.encoder import TelemetryEncoder
+from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.run_file import RunFile, description_of
+from haul_ros.recording.writer import FLUSH_INTERVAL, McapRecorder
 
 
 def open_file(path: Path, scenario: Scenario, encoder: TelemetryEncoder, compression: str = "zstd") -> RunFile:
@@ -126,3 +130,57 @@ def test_without_hard_links_a_name_taken_meanwhile_is_not_overwritten_either(
     with pytest.raises(RecordingError, match="not overwritten"):
         file.finish(dropped=0)
     assert (tmp_path / "run.mcap").read_text() == "precious"
+
+
+def remove(path: Path) -> None:
+    path.unlink()
+
+
+def rename(path: Path) -> None:
+    path.rename(path.with_name("elsewhere"))
+
+
+def replace_by_a_link(path: Path) -> None:
+    path.unlink()
+    target = path.with_name("target")
+    target.write_text("precious")
+    path.symlink_to(target)
+
+
+def replace_by_a_file(path: Path) -> None:
+    path.unlink()
+    path.write_text("precious")
+
+
+@pytest.mark.parametrize("interfere", [remove, rename, replace_by_a_link, replace_by_a_file])
+def test_a_file_that_loses_its_name_while_recording_is_no_success(
+    tmp_path: Path,
+    scenario: Scenario,
+    encoder: TelemetryEncoder,
+    make_sample: Callable[[int], Sample],
+    wait_until: Callable[[Callable[[], bool]], None],
+    interfere: Callable[[Path], None],
+) -> None:
+    recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels)
+    recorder.put(encoder.sample(make_sample(0)), 0)
+    interfere(tmp_path / "run.mcap.active")
+    began = time.monotonic()
+    wait_until(lambda: recorder.status.failure is not None)
+    assert time.monotonic() - began < FLUSH_INTERVAL + 1.0
+    recorder.put(encoder.sample(make_sample(1)), 0)
+    with pytest.raises(RecordingError, match=r"run\.mcap\.active was removed, renamed or replaced; its content is"):
+        recorder.close()
+    assert recorder.status.dropped == 6
+    assert not (tmp_path / "run.mcap").exists()
+    assert all(path.read_text() == "precious" for path in tmp_path.iterdir() if path.name != "elsewhere")
+
+
+@pytest.mark.parametrize("interfere", [remove, rename, replace_by_a_link, replace_by_a_file])
+def test_a_file_that_loses_its_name_at_last_is_no_success(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, interfere: Callable[[Path], None]
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    interfere(tmp_path / "run.mcap.active")
+    with pytest.raises(RecordingError, match="was removed, renamed or replaced"):
+        file.finish(dropped=0)
+    assert not (tmp_path / "run.mcap").exists()

@@ -1,0 +1,153 @@
+"""Whether a recording is what was written, before anything of it is believed: checksums, places and sizes.
+
+The format: https://mcap.dev/spec. The mcap library checks the checksums of chunks, and no other.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import zlib
+from collections.abc import Mapping, Sequence
+
+import lz4.frame
+import zstandard
+from mcap.opcode import Opcode
+from mcap.records import AttachmentIndex, Chunk, ChunkIndex
+from mcap.writer import MCAP0_MAGIC
+
+LARGEST_CHUNK = 64 * 1024 * 1024
+"""Bytes of memory for one chunk; those of this package have little more than 1 MiB, those of others 4 MiB."""
+LARGEST_ATTACHMENT = 16 * 1024 * 1024
+CHECKSUM = "crc32"
+"""Entry of the description of a run: checksum of the others."""
+
+_FOOTER = struct.Struct("<BQQQI")
+_CHUNK_HEAD = struct.Struct("<BQQQQII")
+_ATTACHMENT_HEAD = struct.Struct("<BQ")
+_PIECE = 1024 * 1024
+_MOST_EXPANSION_OF_LZ4 = 255
+
+
+def checksum_of(description: Mapping[str, str]) -> str:
+    """Checksum of a description of a run without its own."""
+    entries = sorted((key, value) for key, value in description.items() if key != CHECKSUM)
+    return f"{zlib.crc32(json.dumps(entries).encode()):08x}"
+
+
+def checked_description(metadata: Mapping[str, str]) -> dict[str, str]:
+    """A description of a run as read, without its checksum, which older versions did not write.
+
+    Raises
+    ------
+    ValueError
+        It has another checksum.
+    """
+    if metadata.get(CHECKSUM, checksum_of(metadata)) != checksum_of(metadata):
+        raise ValueError("description of the run: checksum does not fit")
+    return {key: value for key, value in metadata.items() if key != CHECKSUM}
+
+
+def check_summary(file: int, size: int) -> None:
+    """Compare the checksum of the summary section of an open file of this size, if there is one.
+
+    Raises
+    ------
+    ValueError
+        It does not fit, or there is no footer.
+    """
+    place = size - len(MCAP0_MAGIC) - _FOOTER.size
+    if place < len(MCAP0_MAGIC):
+        raise ValueError("no room for a footer")
+    opcode, length, start, _, expected = _FOOTER.unpack(os.pread(file, _FOOTER.size, place))
+    if opcode != Opcode.FOOTER or length != _FOOTER.size - _ATTACHMENT_HEAD.size:
+        raise ValueError("no footer at its end")
+    start, end = start or place, place + _FOOTER.size - 4
+    if not len(MCAP0_MAGIC) <= start <= place:
+        raise ValueError("footer does not point to a summary section")
+    found = 0
+    for begin in range(start, end, _PIECE):
+        found = zlib.crc32(os.pread(file, min(_PIECE, end - begin), begin), found)
+    if expected not in (0, found):
+        raise ValueError("summary section: checksum does not fit")
+
+
+def check_chunks(file: int, size: int, indexes: Sequence[ChunkIndex]) -> None:
+    """See that chunks lie where and are as large as the index says, one behind the other, and fit into memory.
+
+    Raises
+    ------
+    ValueError
+        They do not.
+    """
+    end = 0
+    for index in sorted(indexes, key=lambda index: index.chunk_start_offset):
+        begin, end_before = index.chunk_start_offset, end
+        end = begin + index.chunk_length
+        if begin < end_before or end + index.message_index_length > size:
+            raise ValueError("chunk index points outside of the file, or chunks overlap")
+        head = os.pread(file, _CHUNK_HEAD.size + 64, begin)
+        opcode, length, _, _, uncompressed, _, name = _CHUNK_HEAD.unpack_from(head)
+        if opcode != Opcode.CHUNK or length + _ATTACHMENT_HEAD.size != index.chunk_length or name > 32:
+            raise ValueError("chunk index does not point to a chunk")
+        compression = head[_CHUNK_HEAD.size :][:name].decode()
+        if (compression, uncompressed) != (index.compression, index.uncompressed_size):
+            raise ValueError("chunk index does not fit its chunk")
+        compressed = length - (_CHUNK_HEAD.size - _ATTACHMENT_HEAD.size) - name - 8
+        _check_size(compression, head[_CHUNK_HEAD.size + name + 8 :], compressed, uncompressed)
+
+
+def _check_size(compression: str, beginning: bytes, compressed: int, uncompressed: int) -> None:
+    """Refuse compressed data whose own head asks for other memory than the record says, or for too much."""
+    stated = -1
+    if compression == "zstd":
+        stated = zstandard.frame_content_size(beginning)
+    elif compression == "lz4":
+        stated = lz4.frame.get_frame_info(beginning)["content_size"] or -1
+        if stated < 0 and compressed * _MOST_EXPANSION_OF_LZ4 > 8 * LARGEST_CHUNK:
+            raise ValueError("chunk of lz4 without its size, too large to be read safely")
+    elif uncompressed != compressed:
+        raise ValueError("chunk has another size than it says")
+    if uncompressed > LARGEST_CHUNK:
+        raise ValueError(f"chunk of {uncompressed} bytes, expected at most {LARGEST_CHUNK}")
+    if stated not in (-1, uncompressed):
+        raise ValueError("chunk has another size than it says")
+
+
+def check_chunk(chunk: Chunk) -> None:
+    """See that a chunk, as read from its record, can be decompressed in the memory that it may take.
+
+    Raises
+    ------
+    ValueError
+        It asks for more, or for other memory than it says.
+    """
+    _check_size(chunk.compression, chunk.data[:64], len(chunk.data), chunk.uncompressed_size)
+
+
+def attachment(file: int, index: AttachmentIndex) -> bytes:
+    """Content of an attachment whose checksum fits.
+
+    Raises
+    ------
+    ValueError
+        It does not, or the index does not point to an attachment of its size.
+    """
+    if not _ATTACHMENT_HEAD.size + 36 <= index.length <= LARGEST_ATTACHMENT:
+        raise ValueError(f"attachment {index.name} of {index.length} bytes, expected at most {LARGEST_ATTACHMENT}")
+    record = os.pread(file, index.length, index.offset)
+    if len(record) != index.length or record[0] != Opcode.ATTACHMENT:
+        raise ValueError("attachment index does not point to an attachment")
+    _, length = _ATTACHMENT_HEAD.unpack_from(record)
+    body, (expected,) = record[_ATTACHMENT_HEAD.size : -4], struct.unpack("<I", record[-4:])
+    if length != len(record) - _ATTACHMENT_HEAD.size or expected not in (0, zlib.crc32(body)):
+        raise ValueError(f"attachment {index.name}: checksum does not fit")
+    place = 16  # behind the two times
+    for _ in range(2):  # name and media type
+        place += 4 + struct.unpack_from("<I", body, place)[0]
+    (size,) = struct.unpack_from("<Q", body, place)
+    data = body[place + 8 :]
+    if len(data) != size:
+        raise ValueError(f"attachment {index.name}: has another size than it says")
+    return data
