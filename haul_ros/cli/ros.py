@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 
 from haul_ros.errors import HaulError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros import node as ros_node
 from haul_ros.ros.errors import require_ros
+
+_LOCOMOTIVE = re.compile("master|slave_[1-9][0-9]{0,3}")
 
 
 class ArgumentError(HaulError):
@@ -55,7 +58,15 @@ def brake(arguments: argparse.Namespace) -> int:
 
 
 def brake_command(arguments: argparse.Namespace) -> Command:
-    """The command that was asked for."""
+    """The command that was asked for.
+
+    Raises
+    ------
+    ArgumentError
+        The locomotive cannot be one.
+    """
+    if not _LOCOMOTIVE.fullmatch(arguments.locomotive):
+        raise ArgumentError(f"locomotive {arguments.locomotive!r}: expected master, slave_1, slave_2 ...")
     if arguments.demand is not None:
         return Command(arguments.locomotive, CommandKind.BRAKE, arguments.demand)
     return Command(arguments.locomotive, CommandKind.EMERGENCY, 1.0 if arguments.emergency else 0.0)

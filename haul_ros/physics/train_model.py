@@ -163,11 +163,40 @@ class TrainModel:
         counters = self._train.counters[0]
         n = int(counters.waves)
         if n == len(self._train.waves):
+            n = self._drop_spent_waves()
+        if n == len(self._train.waves):
             self._use(with_room_for_waves(self._blocks))
         serial = counters.waves_started + 1
         self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, serial, vehicle, vehicle, vehicle + 1)
         counters.waves_started = serial
         counters.waves = n + 1
+
+    @property
+    def waves_under_way(self) -> int:
+        """Brake waves that have not left the train."""
+        return int(self._train.counters[0].waves)
+
+    def _drop_spent_waves(self) -> int:
+        """Remove waves that have nothing to say any more to the vehicles still before them; how many are left."""
+        brakes, counters = self._train.brakes, self._train.counters[0]
+        waves = self._train.waves[: int(counters.waves)]
+        ends = waves.serial[waves.kind == WaveKind.EMERGENCY_RELEASE]
+        overruled_by = {
+            WaveKind.EMERGENCY: brakes.unlatched_by,
+            WaveKind.EMERGENCY_RELEASE: brakes.latched_by,
+            WaveKind.SERVICE: np.maximum(brakes.released_by, brakes.unlatched_by),
+            WaveKind.RELEASE: brakes.applied_by,
+        }
+        kept = []
+        for n, wave in enumerate(waves):
+            spent = wave.serial <= overruled_by[WaveKind(int(wave.kind))]
+            if wave.kind == WaveKind.SERVICE and not (ends < wave.serial).any():
+                spent |= brakes.latched == 1.0  # and only ends of the emergency that overrule this wave can come
+            if not (spent[: int(wave.ahead) + 1].all() and spent[int(wave.behind) :].all()):
+                kept.append(n)
+        waves[: len(kept)] = waves[kept]
+        counters.waves = len(kept)
+        return len(kept)
 
     def set_traction(self, vehicle: int, force: float) -> None:
         """Set the tractive effort [N] of a vehicle from the present time on; its power may give less."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions, uninstall_signal_handlers
@@ -13,46 +12,14 @@ from rclpy.utilities import try_shutdown
 from haul_ros.ros.errors import INSTALL_HINT, RosError
 
 
-class EndingSignals:
-    """What SIGINT, SIGTERM and SIGHUP do to a node: interrupt it while it starts, then shut ROS down.
-
-    After ``started`` no KeyboardInterrupt arises, so a second Ctrl-C cannot break into a clean end;
-    a spinning executor ends with ExternalShutdownException. To be installed in the main thread.
-    """
-
-    def __init__(self) -> None:
-        self._starting = True
-        self._taken = False
-        self._previous = {
-            number: signal.signal(number, self._take)
-            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-            if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
-        }
-
-    def started(self) -> None:
-        """From now on the node ends by the shutdown of ROS alone."""
-        self._starting = False
-
-    def restore(self) -> None:
-        """Give the signals back to who had them."""
-        for number, handler in self._previous.items():
-            signal.signal(number, handler)
-
-    @property
-    def taken(self) -> bool:
-        """Whether there was one: a KeyboardInterrupt is lost where it meets code that lets no exception out."""
-        return self._taken
-
-    def _take(self, number: int, _frame: object) -> None:
-        self._taken = True
-        if self._starting:
-            raise KeyboardInterrupt
-        if number == signal.SIGHUP:  # of which rclpy knows nothing
-            try_shutdown()
+def shut_down() -> None:
+    """Shut ROS down, if it runs; a signal may be doing the same."""
+    with suppress(RuntimeError):  # RCLError, which rclpy does not export
+        try_shutdown()
 
 
 @contextmanager
-def ros_node_context(argv: Sequence[str]) -> Iterator[EndingSignals]:
+def ros_node_context(argv: Sequence[str]) -> Iterator[None]:
     """ROS running inside the block for a node that ends by signals, with the ROS arguments in ``argv``.
 
     The first item of ``argv`` is the program's name.
@@ -62,15 +29,12 @@ def ros_node_context(argv: Sequence[str]) -> Iterator[EndingSignals]:
     RosError
         No middleware is installed, or the ROS arguments are wrong.
     """
-    # rclpy passes a signal on to the handler that it found, so these have to be there first
-    signals = EndingSignals()
     try:
         _init(argv, SignalHandlerOptions.ALL)
-        yield signals
+        yield
     finally:
-        try_shutdown()
+        shut_down()
         uninstall_signal_handlers()
-        signals.restore()
 
 
 @contextmanager

@@ -15,7 +15,10 @@ OK, WARN, ERROR = 0, 1, 2
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """What the diagnostics are made of; counts are since the start of the run, ``recorder`` None: no recording."""
+    """What the diagnostics are made of; counts are since the start of the run, ``recorder`` None: no recording.
+
+    ``replaced`` requests, since the start of the node, were replaced by newer ones before they took effect.
+    """
 
     time: float
     paused: bool
@@ -23,6 +26,7 @@ class RunReport:
     session: SessionStatus
     accepted: int
     rejected: int
+    replaced: int
     recorder: RecorderStatus | None
 
 
@@ -82,7 +86,7 @@ def _radio(report: RunReport) -> DiagnosticStatus:
 
 
 def _commands(report: RunReport) -> DiagnosticStatus:
-    values = {"accepted": report.accepted, "rejected": report.rejected}
+    values = {"accepted": report.accepted, "rejected": report.rejected, "replaced by newer ones": report.replaced}
     if report.rejected:
         return _status(WARN, "commands", f"{report.rejected} commands rejected", values)
     return _status(OK, "commands", "every command accepted", values)

@@ -11,6 +11,7 @@ from time import monotonic_ns, sleep
 
 from haul_ros.errors import CommandError, HaulError
 from haul_ros.model.request import Request
+from haul_ros.ros.inbox import Inbox
 from haul_ros.ros.run import TrainRun
 from haul_ros.ros.timing import TimingWindow
 from haul_ros.simulation.pacing import next_deadline, wall_period
@@ -28,7 +29,8 @@ class SimulationLoop:
     """Advances a run by a sample period at absolute deadlines of the monotonic clock.
 
     Its methods may be called from any thread: each puts an action into a queue, which the loop
-    serves between two periods, so that it takes effect at the present simulation time.
+    serves between two periods, so that it takes effect at the present simulation time. Requests go
+    through an `Inbox`, so that a flood of them costs no more than one of each in a period.
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ class SimulationLoop:
     real_time_factor
         Simulated over wall time; 0: as fast as possible.
     on_rejected
-        Called with every request that could not be carried out, in the loop's thread.
+        Called with every request that could not be carried out, in the loop's thread, or that means nothing, in the
+        thread of the request.
     on_end
         Called last in the loop's thread, however it ends.
     """
@@ -60,6 +63,7 @@ class SimulationLoop:
         self._real_time_factor = real_time_factor
         self._on_rejected = on_rejected
         self._on_end = on_end
+        self._inbox = Inbox(sample_period_ns)
         self._actions: SimpleQueue[tuple[Callable[[], str], Future[str]]] = SimpleQueue()
         self._timing = TimingWindow(monotonic_ns(), run.time_ns)
         self._deadline_ns = 0
@@ -81,7 +85,16 @@ class SimulationLoop:
 
     def request(self, request: Request) -> Future[str]:
         """Hand over a command or a change of a radio link."""
-        return self._submit(partial(self._request, request))
+        try:
+            result, announce = self._inbox.put(request)
+        except CommandError as error:
+            self._on_rejected(request, error)
+            result = Future()
+            result.set_exception(error)
+            return result
+        if announce:
+            self._submit(self._serve_requests)
+        return result
 
     def set_real_time_factor(self, real_time_factor: float) -> Future[str]:
         """Change the pace."""
@@ -122,6 +135,8 @@ class SimulationLoop:
     def _refuse_what_is_left(self) -> None:
         for _ in range(self._actions.qsize()):
             self._actions.get_nowait()[1].set_exception(LoopError("the simulation has ended"))
+        for waiting in self._inbox.take_all():
+            waiting.result.set_exception(LoopError("the simulation has ended"))
 
     def _simulate(self) -> None:
         self._begin()
@@ -144,9 +159,16 @@ class SimulationLoop:
         sleep(0)
         for _ in range(self._actions.qsize()):
             self._serve(*self._actions.get_nowait())
+        self._serve_requests()
+
+    def _serve_requests(self) -> str:
+        for waiting in self._inbox.take(monotonic_ns()):
+            self._serve(partial(self._request, waiting.request), waiting.result)
+        return self._with_time("served")
 
     def _due_ns(self) -> int:
-        return self._report_due_ns if self._paused else min(self._deadline_ns, self._report_due_ns)
+        due = [self._report_due_ns, self._inbox.due_ns(monotonic_ns()), None if self._paused else self._deadline_ns]
+        return min(time_ns for time_ns in due if time_ns is not None)
 
     def _serve(self, action: Callable[[], str], future: Future[str]) -> None:
         try:
@@ -161,12 +183,14 @@ class SimulationLoop:
         period_ns = wall_period(self._sample_period_ns, self._real_time_factor)
         lateness_ns = now_ns - self._deadline_ns if period_ns else 0
         busy_ns = self._run.advance(self._ending.is_set)
+        self._inbox.next_period()
         pace = next_deadline(self._deadline_ns, monotonic_ns(), period_ns)
         self._deadline_ns = pace.deadline_ns
         self._timing.period(self._run.steps_per_sample, busy_ns, lateness_ns, pace.missed)
 
     def _report(self, now_ns: int) -> None:
-        self._run.report(self._timing.report(now_ns, self._run.time_ns), paused=self._paused)
+        timing = self._timing.report(now_ns, self._run.time_ns)
+        self._run.report(timing, paused=self._paused, replaced=self._inbox.replaced, refused=self._inbox.refused)
         self._report_due_ns = next_deadline(self._report_due_ns, now_ns, REPORT_PERIOD_NS, max_behind=0).deadline_ns
 
     def _begin(self) -> None:
@@ -207,6 +231,7 @@ class SimulationLoop:
         if not self._paused:
             raise LoopError("step is possible only while paused")
         self._run.advance(self._ending.is_set)
+        self._inbox.next_period()
         return self._with_time("stepped")
 
     def _reset(self, run: TrainRun) -> str:

@@ -7,24 +7,29 @@ from collections.abc import Sequence
 
 from haul_ros.errors import HaulError
 from haul_ros.ros.errors import require_ros
+from haul_ros.ros.signals import ending_signals
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; ``args`` without the program's name, None: those of the process.
+    """Run the node until SIGINT, SIGTERM or SIGHUP; ``args`` without the program's name, None: those of the process.
 
     Returns the exit status: 0 ended as asked, 1 failed while running, 2 the user's mistake.
     """
     argv = sys.argv if args is None else ["train_node", *args]
-    try:
-        require_ros()
-        from haul_ros.ros.train_node import run_node  # needs rclpy
+    with ending_signals() as signals:
+        try:
+            require_ros()
+            from haul_ros.ros.train_node import run_node  # needs rclpy
 
-        return run_node(argv)
-    except HaulError as error:
-        print(f"train_node: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:  # while it started, so that nothing is left to be ended
-        return 0
+            return 0 if signals.taken else run_node(argv, signals)
+        except HaulError as error:
+            print(f"train_node: {error}", file=sys.stderr)
+            return 2
+        except (KeyboardInterrupt, Exception):
+            # While it starts a signal interrupts anything, and what is interrupted may fail in its own way
+            if signals.taken:
+                return 0
+            raise
 
 
 if __name__ == "__main__":

@@ -9,19 +9,19 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
 from haul_ros.errors import HaulError
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.scenario import Scenario
 from haul_ros.units import kmh_to_mps, mps_to_kmh
 
-Value = bool | float | str
+Value = bool | float | int | str
 
 DEFAULT_SCENARIO = "daqin_1_2_1"
 NO_RECORDING = "none"
 
-_TYPE_NAMES = MappingProxyType({bool: "true or false", float: "a number", str: "text"})
+_TYPE_NAMES = MappingProxyType({bool: "true or false", float: "a number", int: "a whole number", str: "text"})
 
 
 class ParameterError(HaulError):
@@ -39,7 +39,7 @@ class ParameterRow:
     """
 
     name: str
-    kind: type[bool] | type[float] | type[str]
+    kind: type[bool] | type[float] | type[int] | type[str]
     description: str
     default: Value | None = None
     unit: str = ""
@@ -63,9 +63,9 @@ class ParameterRow:
         """
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
-        if not isinstance(value, self.kind):
+        if not isinstance(value, self.kind) or (self.kind is int and isinstance(value, bool)):
             raise ParameterError(f"parameter {self.name} = {value}, must be {_TYPE_NAMES[self.kind]}")
-        if isinstance(value, float) and not self._in_range(value):
+        if self.kind in (float, int) and not self._in_range(float(value)):
             raise ParameterError(f"parameter {self.name} = {value}, must be {self._expected_number()}")
         if isinstance(value, str) and self.choices and value not in self.choices:
             raise ParameterError(f"parameter {self.name} = {value!r}, must be one of {', '.join(self.choices)}")
@@ -86,13 +86,15 @@ class ParameterRow:
     def descriptor(self) -> ParameterDescriptor:
         """What ``ros2 param describe`` shows; the range is also enforced by ROS."""
         unit = f" [{self.unit}]" if self.unit else ""
-        limits = FloatingPointRange(from_value=self.minimum, to_value=self.maximum)
+        limits = [FloatingPointRange(from_value=self.minimum, to_value=self.maximum)] if self.kind is float else []
+        whole = [IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum))] if self.kind is int else []
         return ParameterDescriptor(
             name=self.name,
             description=f"{self.description}{unit}",
             additional_constraints=f"one of {', '.join(self.choices)}" if self.choices else "",
             read_only=self.read_only,
-            floating_point_range=[limits] if self.kind is float else [],
+            floating_point_range=limits,
+            integer_range=whole,
         )
 
 
@@ -146,6 +148,25 @@ _TRAIN_ROWS = (
         "",
     ),
     ParameterRow("record_compression", str, "compression of the recording", "zstd", choices=("zstd", "lz4", "none")),
+    ParameterRow(
+        "reset_interval",
+        float,
+        "shortest wall time between two resets; an earlier one is refused",
+        0.5,
+        unit="s",
+        minimum=0.0,
+        maximum=86400.0,
+        read_only=False,
+    ),
+    ParameterRow(
+        "max_recordings",
+        int,
+        "most files that this node records to, one for each reset and the first; further resets are refused",
+        1000,
+        minimum=1,
+        maximum=1_000_000,
+        read_only=False,
+    ),
     ParameterRow("publish_clock", bool, "publish the simulation time on /clock with every sample", False),
 )
 

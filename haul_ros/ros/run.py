@@ -87,8 +87,8 @@ class TrainRun:
         self._accepted += isinstance(request, Command)
         self._put_log()
 
-    def report(self, timing: LoopTiming, *, paused: bool) -> None:
-        """Publish the real-time factor and the diagnostics."""
+    def report(self, timing: LoopTiming, *, paused: bool, replaced: int, refused: int) -> None:
+        """Publish the real-time factor and the diagnostics, with the counts of requests that have not come here."""
         session = self._session
         report = RunReport(
             time=session.time,
@@ -96,7 +96,8 @@ class TrainRun:
             timing=timing,
             session=session.status(),
             accepted=self._accepted,
-            rejected=self._rejected,
+            rejected=self._rejected + refused,
+            replaced=replaced,
             recorder=self._recorder.status if self._recorder else None,
         )
         self._put(

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from functools import partial
 from math import inf
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any, cast
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -27,13 +27,15 @@ from haul_ros.model.request import Request
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
-from haul_ros.ros.context import ros_node_context
+from haul_ros.ros.context import ros_node_context, shut_down
 from haul_ros.ros.errors import RosError
 from haul_ros.ros.loop import SimulationLoop
+from haul_ros.ros.parameters import ParameterError
 from haul_ros.ros.publishers import Publishers, endpoint
 from haul_ros.ros.recordings import first_recording, following_recording
 from haul_ros.ros.run import CLOCK_CHANNEL, TrainRun
 from haul_ros.ros.settings import NodeSettings
+from haul_ros.ros.signals import EndingSignals
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
@@ -43,11 +45,18 @@ _LONGEST_SPIN = 0.5
 """Longest wait [s] of the executor: rclpy may shut down on a signal without waking it."""
 _ANSWER_TIMEOUT = 10.0
 """Longest time [s] that a service waits for the loop."""
+_FLOOD = 20
+"""Commands within `_FLOOD_WINDOW` after which each further one lets the simulation's thread run for a while."""
+_FLOOD_WINDOW = 0.02
+_BREATH = 0.001
+"""Wall time [s] of that."""
+_NAMESAKES_PERIOD = 5.0
+"""Wall time [s] between two looks for another node of the same name."""
 _WARNING_PERIOD = 1.0
 """Shortest time [s] between two warnings about the requests of one source."""
 
 
-def run_node(argv: Sequence[str]) -> int:
+def run_node(argv: Sequence[str], signals: EndingSignals) -> int:
     """Run the node with the ROS arguments in ``argv`` until it is to end; returns the exit status.
 
     Raises
@@ -57,12 +66,12 @@ def run_node(argv: Sequence[str]) -> int:
     KeyboardInterrupt
         A signal has come while the node started.
     """
-    with ros_node_context(argv) as signals:
+    with ros_node_context(argv):
         if surplus := remove_ros_args(list(argv))[1:]:
             raise RosError(f"unexpected argument {surplus[0]!r}; parameters are given as --ros-args -p name:=value")
         try:
             node = TrainNode()
-            signals.started()
+            signals.started(shut_down)
             try:
                 return node.run() if ok() and not signals.taken else 0
             finally:
@@ -83,13 +92,20 @@ class TrainNode(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True)
+        try:
+            super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True)
+        except ValueError as error:  # of a parameter such as [], which has no type
+            raise ParameterError(f"a parameter has no value: {error}") from error
         self._log: RcutilsLogger = cast(Any, self).get_logger()
         self._settings = NodeSettings(self)
         scenario = self._settings.scenario
         self._encoder = TelemetryEncoder(scenario.consist, self.get_fully_qualified_name())
         self._outlet = self._create_publishers()
         self._warned: dict[str, float] = {}
+        self._last_reset = -inf
+        self._recordings = 1
+        self._window_began, self._in_window = 0.0, 0
+        self._look_at = 0.0
         self._subscribe()
         self.create_service(SetBool, "~/pause", self._pause)
         self.create_service(Trigger, "~/step", self._step)
@@ -114,7 +130,7 @@ class TrainNode(Node):
             round(NS_PER_S / scenario.sample_rate),
             self._settings.number("real_time_factor"),
             on_rejected=self._warn_rejected,
-            on_end=self.context.try_shutdown,
+            on_end=shut_down,
         )
         self._loop.start()
         try:
@@ -124,11 +140,12 @@ class TrainNode(Node):
         return 0 if self._loop.failure is None else _print_failure(self._loop.failure)
 
     def _spin(self) -> None:
-        executor = SingleThreadedExecutor()
-        executor.add_node(self)
         try:
-            while True:
+            executor = _Executor()
+            executor.add_node(self)
+            while self.context.ok():
                 executor.spin_once(timeout_sec=_LONGEST_SPIN)
+                self._warn_of_namesakes()
         except ExternalShutdownException:
             pass
         except RuntimeError:  # RCLError, if the shutdown came between two waits
@@ -172,6 +189,26 @@ class TrainNode(Node):
 
     def _on_command(self, locomotive: str, kind: CommandKind, message: Any) -> None:
         self._loop.request(Command(locomotive, kind, float(message.data)))
+        self._breathe()
+
+    def _breathe(self) -> None:
+        """In a flood of commands this thread would leave the simulation's too little of the interpreter."""
+        now = monotonic()
+        if now > self._window_began + _FLOOD_WINDOW:
+            self._window_began, self._in_window = now, 0
+        self._in_window += 1
+        if self._in_window > _FLOOD:
+            sleep(_BREATH)
+
+    def _warn_of_namesakes(self) -> None:
+        if (now := monotonic()) < self._look_at:
+            return
+        self._look_at = now + _NAMESAKES_PERIOD
+        own = (self.get_name(), self.get_namespace())
+        if self.get_node_names_and_namespaces().count(own) > 1:
+            name = self.get_fully_qualified_name()
+            self._log.warning(f"another node {name} is running: both take the same commands; give one a namespace")
+            self._look_at = inf
 
     def _warn_rejected(self, request: Request, error: CommandError) -> None:
         if isinstance(request, Command):
@@ -197,13 +234,33 @@ class TrainNode(Node):
         return _answer(response, self._loop.step())
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if refusal := self._refuse_reset():
+            response.success, response.message = False, refusal
+            return response
         try:
             first = self._first_recording
             run = self._new_run(self._settings.scenario_again(), following_recording(first) if first else None)
         except HaulError as error:
             response.success, response.message = False, str(error)
             return response
+        self._last_reset = monotonic()
+        self._recordings += 1
         return _answer(response, self._loop.reset(run))
+
+    def _refuse_reset(self) -> str:
+        """Why there can be no reset now, empty: there can."""
+        interval, most = self._settings.number("reset_interval"), int(self._settings.number("max_recordings"))
+        if monotonic() < self._last_reset + interval:
+            return f"refused: at most one reset in {interval:g} s (parameter reset_interval)"
+        if self._first_recording and self._recordings >= most:
+            return f"refused: {self._recordings} recordings were begun, which is all (parameter max_recordings)"
+        return ""
+
+
+class _Executor(SingleThreadedExecutor):
+    """Can be thrown away half made, when ROS is shut down meanwhile: rclpy's own then says so with a traceback."""
+
+    _sigint_gc = None  # type: ignore[assignment]
 
 
 def _answer(response: Any, result: Future[str]) -> Any:

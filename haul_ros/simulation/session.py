@@ -30,6 +30,9 @@ from haul_ros.units import NS_PER_S, seconds_to_ns
 EXTREMES_PERIOD_NS = NS_PER_S
 """Simulation time between two logs with the running extremes."""
 
+MOST_UNDER_WAY = 4096
+"""Brake waves and telegrams under way at which nothing but an emergency is taken: they cost time in every step."""
+
 _ROUNDING = 1e-6
 """Part of a time step by which an arrival may miss a step and still count as on it."""
 
@@ -205,8 +208,8 @@ class Session:
         Raises
         ------
         CommandError
-            Unknown locomotive, a value out of range, more traction than the locomotive has, or the
-            end of an emergency while the train moves. Nothing has changed then.
+            Unknown locomotive, a value out of range, more traction than the locomotive has, the end of an emergency
+            while the train moves, or too much is under way already. Nothing has changed then.
         """
         if isinstance(request, RadioLinkChange):
             self._change_link(request)
@@ -230,6 +233,9 @@ class Session:
 
     def _command(self, command: Command) -> None:
         self._locomotives.check(command)
+        if command.kind is not CommandKind.EMERGENCY and self._under_way >= MOST_UNDER_WAY:
+            problem = f"{self._under_way} brake waves and telegrams are under way, expected fewer commands"
+            raise CommandError(f"{command.locomotive}: {command.kind.value} = {command.value}: {problem}")
         self._entries.append(TimedRequest(self.time_ns, command))
         if command.locomotive == MASTER:
             self._locomotives.carry_out(self.time, command)
@@ -242,6 +248,10 @@ class Session:
                 self._log_radio(f"{slave}: telegram lost: {command.kind.value} {command.value:g}")
             else:
                 self._schedule(arrival, Command(slave, command.kind, command.value))
+
+    @property
+    def _under_way(self) -> int:
+        return self._model.waves_under_way + len(self._arrivals)
 
     def _schedule(self, time: float, command: Command) -> None:
         steps = time / self.scenario.time_step

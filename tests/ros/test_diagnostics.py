@@ -35,7 +35,14 @@ SESSION = SessionStatus(
     radio={"slave_1": LinkStatus(connected=True, delay=0.5, sent=4, lost=1)},
 )
 RECORDER = RecorderStatus(written=100, dropped=0, bytes=4096, failure=None)
-GOOD = RunReport(time=1.0, paused=False, timing=TIMING, session=SESSION, accepted=2, rejected=0, recorder=RECORDER)
+GOOD = RunReport(
+    time=1.0, paused=False, timing=TIMING, session=SESSION, accepted=2, rejected=0, replaced=0, recorder=RECORDER
+)
+
+
+def test_what_a_flood_left_out_is_counted() -> None:
+    (commands,) = (s for s in statuses(replace(GOOD, replaced=7)) if s.name == "haul: commands")
+    assert commands.values["replaced by newer ones"] == "7"
 
 
 def parts(report: RunReport) -> dict[str, tuple[int, str]]:

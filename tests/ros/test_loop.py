@@ -17,7 +17,7 @@ from haul_ros.ros.timing import LoopTiming
 
 PERIOD_NS = 20_000_000
 BRAKE = Command("master", CommandKind.BRAKE, 0.5)
-WRONG = Command("master", CommandKind.BRAKE, 2.0)
+WRONG = Command("master", CommandKind.EMERGENCY, 0.0)
 LATE = RadioLinkChange("slave_1", delay=2.0, jitter=0.5)
 CUT = RadioLinkChange("slave_1", connected=False)
 WAIT = 30.0
@@ -52,8 +52,8 @@ class LoggingRun:
             raise CommandError("out of range")
         self.log.append(("request", self.time_ns, request))
 
-    def report(self, timing: LoopTiming, *, paused: bool) -> None:
-        self.log.append(("report", self.time_ns, timing, paused))
+    def report(self, timing: LoopTiming, *, paused: bool, replaced: int, refused: int) -> None:
+        self.log.append(("report", self.time_ns, timing, paused, replaced, refused))
 
     def close(self) -> None:
         self.log.append(("close", self.time_ns))
@@ -146,6 +146,19 @@ def test_requests_act_at_the_present_simulation_time_in_the_order_given(start_lo
     ]
 
 
+def test_what_means_nothing_is_reported_and_replaces_nothing(start_loop: StartLoop) -> None:
+    run = LoggingRun()
+    loop, ending = start_loop(run)
+    loop.pause(True).result(WAIT)
+    nonsense = Command("master", CommandKind.BRAKE, float("nan"))
+    good = loop.request(BRAKE)
+    for _ in range(3):
+        with pytest.raises(CommandError, match="must be a finite number"):
+            loop.request(nonsense).result(WAIT)
+    assert "accepted" in good.result(WAIT)
+    assert [request for request, _ in ending.rejected] == [nonsense] * 3
+
+
 def test_commands_during_a_slow_period_are_served_before_its_end(start_loop: StartLoop) -> None:
     run = LoggingRun()
     loop, _ = start_loop(run, 0.001)
@@ -186,7 +199,7 @@ def test_a_recording_that_fails_at_a_reset_is_reported_and_the_next_run_has_begu
 def test_reports_go_on_while_paused_and_say_so(start_loop: StartLoop) -> None:
     run = LoggingRun()
     reported = threading.Event()
-    run.report = lambda timing, *, paused: reported.set() if paused else None  # type: ignore[method-assign]
+    run.report = lambda timing, *, paused, **_: reported.set() if paused else None  # type: ignore[method-assign]
     loop, _ = start_loop(run)
     loop.pause(True).result(WAIT)
     assert reported.wait(WAIT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -44,6 +45,10 @@ def printed(capfd: pytest.CaptureFixture[str]) -> list[str]:
         (["--ros-args", "-p", "record_compression:=zip"], "must be one of zstd, lz4, none"),
         (["--ros-args", "-p", "record_path:=missing/run.mcap"], "missing/run.mcap: folder missing does not exist"),
         (["--ros-args", "-p", "record_path:=taken.mcap"], "taken.mcap: exists already"),
+        (["--ros-args", "-p", "record_path:=."], ".: is a folder, expected a new file"),
+        (["--ros-args", "-p", "scenario:=[]"], "a parameter has no value: "),
+        (["--ros-args", "-p", "scenario:=[a]"], "parameter scenario = ['a'], must be text"),
+        (["--ros-args", "-p", "max_recordings:=1.5"], "parameter max_recordings = 1.5, must be a whole number"),
     ],
 )
 def test_a_users_mistake_ends_with_one_line_status_2_and_no_file(
@@ -86,7 +91,7 @@ def test_without_a_middleware_the_message_says_what_to_install(
     assert "pip install 'haul_ros[ros]', or source ROS 2 Jazzy" in line
 
 
-@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 @pytest.mark.no_cover
 def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
     start_node: StartNode, observer: Observer, signal_number: int
@@ -172,3 +177,56 @@ def test_a_signal_before_ros_runs_ends_the_node_even_if_its_interruption_is_lost
     code = INTERRUPTED.format(name=name, lost=lost)
     ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
     assert (ended.returncode, "Traceback" in ended.stderr) == (0, False), ended.stderr
+
+
+AT_AN_INSTANT = """
+import os, re, signal, sys
+from haul_ros.ros import node
+
+instant, name = int(sys.argv[1]), sys.argv[2]
+calls = 0
+
+def count(_frame, _event, _argument):
+    global calls
+    calls += 1
+    if calls == instant:
+        sys.settrace(None)
+        os.kill(os.getpid(), getattr(signal, name))
+
+if not instant:
+    from haul_ros.ros import loop
+    simulate = loop.SimulationLoop._simulate
+
+    def told(self):
+        print(calls, flush=True)
+        os.kill(os.getpid(), signal.SIGTERM)
+        simulate(self)
+
+    loop.SimulationLoop._simulate = told
+sys.settrace(count)
+sys.exit(node.main(["--ros-args", "-p", "record_path:=run.mcap"]))
+"""
+INSTANTS = int(os.environ.get("HAUL_INSTANTS", "9"))
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+def test_at_whatever_instant_of_the_start_a_signal_comes_the_node_ends_with_status_0_and_no_word(
+    tmp_path: Path,
+) -> None:
+    """The start is some hundred thousand calls of functions: the signal comes in the one of that number."""
+
+    def run(instant: int, name: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", AT_AN_INSTANT, str(instant), name]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+
+    calls = int(run(0, "SIGTERM").stdout)
+    assert calls > 10_000
+    (tmp_path / "run.mcap").unlink()
+    for n in range(INSTANTS):
+        instant, name = int(calls * (n + 0.5) / INSTANTS), ("SIGTERM", "SIGINT", "SIGHUP")[n % 3]
+        ended = run(instant, name)
+        told = [line for line in ended.stderr.splitlines() if "[INFO]" not in line and "to rosout" not in line]
+        assert (ended.returncode, told) == (0, []), f"{name} at call {instant} of {calls}"
+        assert not list(tmp_path.glob("*.active"))
+        (tmp_path / "run.mcap").unlink(missing_ok=True)

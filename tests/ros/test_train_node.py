@@ -255,7 +255,7 @@ def test_pause_holds_the_time_step_advances_one_period_and_running_goes_on(
 def test_a_reset_starts_again_without_the_emergency_and_with_a_new_recording(
     start_node: StartNode, observer: Observer
 ) -> None:
-    node = start_node(record_path="run.mcap")
+    node = start_node(record_path="run.mcap", reset_interval=0.0)
     applied = observer.watch_typed(TABLE.applied_brake["master"])
     observer.send("master", EMERGENCY, True)
     observer.wait_until(lambda: bool(applied) and applied[-1].data == 1.0, "the emergency")
@@ -280,6 +280,29 @@ def test_a_reset_starts_again_without_the_emergency_and_with_a_new_recording(
     assert (times.tolist(), values.tolist()) == ([0], [0.0])
     assert couplers.time_ns.tolist() == [0, PERIOD]
     assert extremes.time_ns == PERIOD
+
+
+def test_resets_cannot_fill_a_disk(start_node: StartNode, observer: Observer) -> None:
+    node = start_node(record_path="run.mcap", reset_interval=3600.0, max_recordings=3)
+    Couplers(observer).wait_for_time(PERIOD)
+    assert observer.reset().success
+    answer = observer.reset()
+    assert not answer.success
+    assert answer.message == "refused: at most one reset in 3600 s (parameter reset_interval)"
+    assert observer.set_parameter("reset_interval", 0.0).successful
+    assert observer.reset().success
+    answer = observer.reset()
+    assert not answer.success
+    assert answer.message == "refused: 3 recordings were begun, which is all (parameter max_recordings)"
+    assert node.end() == 0
+    assert len(list(node.folder.iterdir())) == 3
+
+
+def test_a_second_node_of_the_same_name_is_told_of(start_node: StartNode, observer: Observer) -> None:
+    nodes = [start_node(record_path="none") for _ in range(2)]
+    observer.wait_until(
+        lambda: any("another node /haul is running" in node.log for node in nodes), "a warning of a second node"
+    )
 
 
 def test_commands_that_cannot_be_change_nothing_are_counted_and_logged(

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from haul_ros.errors import CommandError
-from haul_ros.model.command import Command
+from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.log import AppliedBrake
 from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.physics import assembly
+from haul_ros.physics.train_model import WaveKind
 from haul_ros.scenario.loader import load_scenario
+from haul_ros.simulation import session as session_module
 from haul_ros.simulation.session import Session
 from tests.simulation.log_entries import of_kind
 from tests.simulation.session_cases import (
@@ -264,3 +267,42 @@ def test_a_refused_change_of_a_link_changes_nothing(change: RadioLinkChange, mes
         session.request(change)
     assert session.take_log().entries == ()
     assert [session.radio_link(slave) for slave in SLAVES] == list(JITTERY.values())
+
+
+def test_waves_that_cannot_act_any_more_are_dropped_and_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = load_scenario("daqin_1_2_1", {"commands": []})
+    models = []
+    for room in (8, 10_000):
+        monkeypatch.setattr(assembly, "_ROOM_FOR_WAVES", room)
+        models.append(Session(case)._model)
+    for model in models:
+        for n in range(60):  # of which none is spent
+            model.start_wave(model.time, 0, WaveKind.SERVICE, n / 100)
+            model.start_wave(model.time, 100, WaveKind.RELEASE, n / 200)
+            model.advance(20)
+        model.start_wave(model.time, 100, WaveKind.EMERGENCY)
+        model.advance(8000)
+        for n in range(3000):  # all of which are, for the whole pipe is vented
+            model.start_wave(model.time, 0, WaveKind.SERVICE, n / 3000)
+        model.start_wave(model.time, 0, WaveKind.EMERGENCY_RELEASE)
+    few, many = (model.waves_under_way for model in models)
+    assert few <= 256
+    assert many > 3000
+    for _ in range(40):
+        for model in models:
+            model.advance(1000)
+        first, second = (model.sample() for model in models)
+        for name in ("speed", "coupler_force", "cylinder_pressure"):
+            assert getattr(first, name).tobytes() == getattr(second, name).tobytes()
+    assert first.cylinder_pressure.max() == 0.0
+
+
+def test_at_too_many_waves_demands_are_refused_and_an_emergency_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session_module, "MOST_UNDER_WAY", 20)
+    session = Session(load_scenario("daqin_1_2_1", {"commands": []}))
+    with pytest.raises(CommandError, match=r"master: brake = .* waves and telegrams are under way, expected fewer"):
+        for n in range(30):
+            session.request(Command("master", CommandKind.BRAKE, n / 30))
+    session.request(Command("master", CommandKind.EMERGENCY, 1.0))
+    session.advance(2000)
+    assert session.sample().cylinder_pressure[0] > 0.0

@@ -1,0 +1,95 @@
+"""Commands at full speed from several processes: an emergency is not delayed, nor is the simulation."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from mcap.reader import make_reader
+
+from haul_ros.model.command import CommandKind
+from haul_ros.recording.reader import Recording
+from tests.ros.live_node import TABLE, Couplers
+
+if TYPE_CHECKING:
+    from tests.ros.live_node import LiveNode, Observer
+
+    StartNode = Callable[..., LiveNode]
+
+RATE = 5.0
+FLOOD = """
+import sys
+import rclpy
+from std_msgs.msg import Float64
+from haul_ros.messages.cdr import encode_float64
+rclpy.init()
+node = rclpy.create_node("flood", start_parameter_services=False)
+publishers = [node.create_publisher(Float64, topic, 10) for topic in sys.argv[1:]]
+while not all(publisher.get_subscription_count() for publisher in publishers):
+    pass
+print("found", flush=True)
+n = 0
+while True:
+    for publisher in publishers:
+        publisher.publish(encode_float64((n % 10) / 10))
+    n += 1
+"""
+
+
+@pytest.fixture
+def flood() -> Iterator[Callable[[list[str]], None]]:
+    """Processes that publish to topics as fast as they can."""
+    with ExitStack() as processes:
+
+        def start(topics: list[str]) -> None:
+            process = processes.enter_context(
+                subprocess.Popen([sys.executable, "-c", FLOOD, *topics], stdout=subprocess.PIPE)
+            )
+            processes.callback(process.kill)
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"found\n"
+
+        yield start
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+def test_an_emergency_in_a_flood_of_demands_takes_effect_within_two_sample_periods(
+    start_node: StartNode, observer: Observer, flood: Callable[[list[str]], None]
+) -> None:
+    node = start_node(record_path="run.mcap", publish_rate=RATE)
+    Couplers(observer).wait_for_time(10**9)
+    applied = observer.watch_typed(TABLE.applied_brake["master"])
+    reports = observer.watch_typed(TABLE.diagnostics)
+    for kind in (CommandKind.BRAKE, CommandKind.TRACTION):
+        flood([TABLE.commands[kind][locomotive].topic for locomotive in ("master", "slave_1", "slave_2")])
+    time.sleep(2.0)
+    sent = time.time_ns()
+    observer.send("master", CommandKind.EMERGENCY, True)
+    observer.wait_until(lambda: any(a.data == 1.0 for a in applied), "the emergency")
+    observer.wait_until(lambda: replaced(reports) > 1000, "a count of what was replaced")
+    assert node.end() == 0
+    emergency = TABLE.commands[CommandKind.EMERGENCY]["master"].topic
+    with (node.folder / "run.mcap").open("rb") as stream:
+        (taken,) = (m.publish_time for _, _, m in make_reader(stream).iter_messages(topics=[emergency]))
+    assert (taken - sent) / 1e9 < 2.0 / RATE
+    with Recording(node.folder / "run.mcap") as recording:
+        info = recording.info()
+        assert info.complete
+        # at most one demand of each kind and locomotive in a period, each also told of by what it changes
+        assert len(recording.commands()) <= 6 * (info.duration * RATE + 2)
+
+
+def replaced(reports: list[object]) -> int:
+    if not reports:
+        return 0
+    (status,) = (s for s in reports[-1].status if s.name == "haul: commands")  # type: ignore[attr-defined]
+    return next(int(v.value) for v in status.values if v.key == "replaced by newer ones")
