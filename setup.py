@@ -39,15 +39,18 @@ setup(
         *config_files(),
     ],
     python_requires=">=3.11",
+    # Lower bounds are what Ubuntu 24.04 has, or the first that can do what is needed; both ends are tested.
     install_requires=[
-        "numpy",
-        "numba",
-        "mcap>=1.6",
-        "rosbags>=0.11",
-        "ruamel.yaml",
-        "jsonschema>=4.10",
-        "matplotlib",
-        "tqdm",
+        "numpy>=1.26,<3",
+        "numba>=0.59,<1",
+        "mcap>=1.6,<2",
+        "lz4>=4.0,<5",  # the two that mcap compresses with: their heads are read before they decompress
+        "zstandard>=0.22,<1",
+        "rosbags>=0.11,<0.12",
+        "ruamel.yaml>=0.17.21,<0.20",
+        "jsonschema>=4.10,<5",
+        "matplotlib>=3.6,<4",
+        "tqdm>=4.64,<5",
     ],
     extras_require={
         # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).

@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+_LONGEST_LINE = 1000
+
+
+def one_line(text: str) -> str:
+    """A text that may come from a file or from anyone, to be shown: control characters escaped, shortened if long."""
+    shown = text if len(text) <= _LONGEST_LINE else f"{text[: _LONGEST_LINE - 200]} ... {text[-150:]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
+
 
 class HaulError(Exception):
     """Base of every error that is the user's to mend; programs print it and exit with status 2."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class ScenarioError(HaulError):

@@ -7,8 +7,8 @@ import json
 from contextlib import suppress
 from typing import Any
 
-from haul_ros.cli.layout import file_size, printable, rows
-from haul_ros.errors import RecordingError
+from haul_ros.cli.layout import file_size, rows
+from haul_ros.errors import RecordingError, one_line
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import Survey, survey
@@ -36,7 +36,7 @@ def _lines(facts: RecordingInfo) -> list[str]:
         f"{facts.path}: {file_size(facts.size)}, compression {facts.compression}, by haul_ros {facts.version}",
         *rows(
             [
-                ("scenario", printable(f"{facts.scenario}: {facts.description}")),
+                ("scenario", one_line(f"{facts.scenario}: {facts.description}")),
                 ("train", f"{facts.vehicles} vehicles, {facts.couplers} couplers, {', '.join(facts.locomotives)}"),
                 ("time", f"{times}, time step {facts.time_step * 1e3:g} ms"),
                 ("messages", f"{facts.messages}, {_completeness(facts)}"),
@@ -54,7 +54,7 @@ def _trusted_lines(found: Survey) -> list[str]:
         f"{found.path}: {file_size(found.size)}, damaged or unfinished; before its damage",
         *rows(
             [
-                ("scenario", printable(f"{found.description.get('scenario')}: {found.description.get('description')}")),
+                ("scenario", one_line(f"{found.description.get('scenario')}: {found.description.get('description')}")),
                 ("messages", f"{sum(found.counts.values())} up to {found.end_ns / NS_PER_S:.3f} s of simulation"),
                 ("damaged", lost),
             ]

@@ -25,8 +25,3 @@ def caveat_entries(caveats: Iterable[str]) -> list[tuple[str, str]]:
 def file_size(size: int) -> str:
     """A number of bytes with the fitting unit."""
     return f"{size / 1e6:.1f} MB" if size >= 1_000_000 else f"{size / 1e3:.1f} kB"
-
-
-def printable(text: str) -> str:
-    """Control characters, which may come from a file and could move the cursor, written as escapes."""
-    return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)

@@ -11,8 +11,7 @@ from pkgutil import resolve_name
 from typing import NoReturn
 
 from haul_ros.cli.commands import COMMANDS
-from haul_ros.cli.layout import printable
-from haul_ros.errors import HaulError
+from haul_ros.errors import HaulError, one_line
 from haul_ros.version import __version__
 
 USER_ERROR = 2
@@ -26,7 +25,7 @@ class _Parser(argparse.ArgumentParser):
     """Says in one line what is wrong."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(USER_ERROR, f"haul: {message} (see {self.prog} --help)\n")
+        self.exit(USER_ERROR, f"{one_line(f'haul: {message} (see {self.prog} --help)')}\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -41,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         status: int = resolve_name(arguments.execute)(arguments)
         sys.stdout.flush()
     except HaulError as error:
-        print(f"haul: {printable(str(error))}", file=sys.stderr)
+        print(f"haul: {error}", file=sys.stderr)
         return USER_ERROR
     except KeyboardInterrupt:
         return INTERRUPTED

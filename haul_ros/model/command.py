@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-import math
+import sys
 from dataclasses import dataclass
 
 from haul_ros.errors import CommandError
@@ -18,6 +18,9 @@ class CommandKind(enum.Enum):
     """1: emergency, latched; 0: end it, at standstill only."""
     TRACTION = "traction"
     """Tractive effort [N], cut by any brake demand of the same locomotive."""
+
+
+_LARGEST = sys.float_info.max
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,7 @@ class Command:
         CommandError
             NaN, infinite or outside the range of the kind.
         """
-        if not math.isfinite(self.value):
+        if not -_LARGEST <= self.value <= _LARGEST:  # false for NaN too
             raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be a finite number")
         if self.kind is CommandKind.TRACTION:
             if self.value < 0.0:

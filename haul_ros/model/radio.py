@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
+
+LONGEST_DELAY = 3600.0
+"""Longest delay, and longest jitter, of a telegram [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +21,10 @@ class RadioLink:
     connected: bool = True
 
     def __post_init__(self) -> None:
-        if not (0.0 <= self.delay < math.inf and 0.0 <= self.jitter < math.inf and 0.0 <= self.loss_probability <= 1.0):
-            raise ValueError(f"{self}: delay and jitter must be finite and at least 0, loss_probability 0 to 1")
+        times = 0.0 <= self.delay <= LONGEST_DELAY and 0.0 <= self.jitter <= LONGEST_DELAY
+        if not (times and 0.0 <= self.loss_probability <= 1.0):
+            expected = f"delay and jitter must be 0 to {LONGEST_DELAY:g} s, loss_probability 0 to 1"
+            raise ValueError(f"delay {self.delay}, jitter {self.jitter}, loss {self.loss_probability}: {expected}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,11 +61,11 @@ class ParameterRow:
         ParameterError
             Wrong type, NaN, infinite, out of range, or none of the choices.
         """
-        if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
+        if self.kind is float and isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63:
             value = float(value)
         if not isinstance(value, self.kind) or (self.kind is int and isinstance(value, bool)):
-            raise ParameterError(f"parameter {self.name} = {value}, must be {_TYPE_NAMES[self.kind]}")
-        if self.kind in (float, int) and not self._in_range(float(value)):
+            raise ParameterError(f"parameter {self.name} = {value!r:.80}, must be {_TYPE_NAMES[self.kind]}")
+        if isinstance(value, (float, int)) and not isinstance(value, bool) and not self._in_range(value):
             raise ParameterError(f"parameter {self.name} = {value}, must be {self._expected_number()}")
         if isinstance(value, str) and self.choices and value not in self.choices:
             raise ParameterError(f"parameter {self.name} = {value!r}, must be one of {', '.join(self.choices)}")

@@ -96,6 +96,10 @@ class TrainNode(Node):
             super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True)
         except ValueError as error:  # of a parameter such as [], which has no type
             raise ParameterError(f"a parameter has no value: {error}") from error
+        except RuntimeError as error:  # RCLError: no such enclave, a DDS without its security, or a shutdown
+            if not ok():
+                raise
+            raise RosError(f"the node cannot be made: {str(error).partition(', at ')[0]}") from error
         self._log: RcutilsLogger = cast(Any, self).get_logger()
         self._settings = NodeSettings(self)
         scenario = self._settings.scenario

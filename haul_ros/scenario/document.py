@@ -13,7 +13,13 @@ KeyPath = tuple[str | int, ...]
 
 def dotted(path: KeyPath) -> str:
     """The path as users write it: ``consist.1.count``."""
-    return ".".join(part if len(part) <= 40 else f"{part[:36]} ..." for part in map(str, path))
+    return ".".join(map(_word, map(str, path)))
+
+
+def _word(part: str) -> str:
+    """A key in a few characters that can be printed."""
+    shown = part if part.isprintable() else repr(part)
+    return shown if len(shown) <= 40 else f"{shown[:36]} ..."
 
 
 def show(value: object) -> str:

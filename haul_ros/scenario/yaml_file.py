@@ -19,8 +19,8 @@ from haul_ros.scenario.document import Document, KeyPath, dotted
 
 MOST_BYTES = 4 * 1024 * 1024
 """Longest file."""
-MOST_VALUES = 100_000
-"""Most values and keys of a document: some 300 MB of memory while it is read."""
+MOST_VALUES = 50_000
+"""Most values and keys of a document: some 150 MB of memory while it is read."""
 MOST_LEVELS = 100
 """Most values inside one another."""
 _TOO_MANY = f"more than {MOST_VALUES} values and keys"

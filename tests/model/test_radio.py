@@ -27,5 +27,5 @@ def test_a_change_to_a_link_leads_there_from_any_other() -> None:
 
 @pytest.mark.parametrize("values", [{"delay": -1.0}, {"jitter": math.inf}, {"loss_probability": 1.5}])
 def test_a_change_to_a_link_that_cannot_be_is_refused(values: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="must be finite"):
+    with pytest.raises(ValueError, match="must be 0 to 3600 s, loss_probability 0 to 1"):
         RadioLinkChange("slave_1", **values).applied_to(LINK)  # type: ignore[arg-type]

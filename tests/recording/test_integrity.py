@@ -78,7 +78,7 @@ def test_a_flipped_bit_anywhere_is_noticed_or_changes_nothing(run: Path, tmp_pat
     places = [place for place in range(len(data)) if place not in inside or place % 97 == 0]
     draw = random.Random(1)
     unnoticed = []
-    for place in draw.sample(places, 2500) + list(range(len(data) - 600, len(data))):
+    for place in draw.sample(places, 1200) + list(range(len(data) - 600, len(data))):
         changed = bytearray(data)
         changed[place] ^= 1 << draw.randrange(8)
         damaged.write_bytes(changed)

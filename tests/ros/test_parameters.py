@@ -46,7 +46,7 @@ def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
         ("publish_rate", math.inf, r"parameter publish_rate = inf, must be 0.1 to 10000 Hz"),
         ("initial_speed", 56.0, r"parameter initial_speed = 56.0, must be 0 to 55.5556 m/s"),
         ("real_time_factor", 1e-6, r"parameter real_time_factor = 1e-06, must be 0 or 0.001 to 1000"),
-        ("real_time_factor", "fast", r"parameter real_time_factor = fast, must be a number"),
+        ("real_time_factor", "fast", r"parameter real_time_factor = 'fast', must be a number"),
         ("scenario", 4, r"parameter scenario = 4, must be text"),
         ("publish_clock", 1, r"parameter publish_clock = 1, must be true or false"),
         ("record_compression", "gzip", r"parameter record_compression = 'gzip', must be one of zstd, lz4, none"),

@@ -1,0 +1,75 @@
+"""``python -m tests.attack``: seeded, resumable; prints a table of what was tried, and every finding."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import time
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+
+from tests.attack import files, processes, recordings, trains
+from tests.attack.harness import Part, State, attack, try_case
+
+PARTS = [
+    Part("scenarios", 10, files.scenario),
+    Part("studies", 0.4, files.study),
+    Part("arguments", 8, files.arguments),
+    Part("parameters", 30 if find_spec("rcl_interfaces") else 0, files.parameters),
+    Part("damaged recordings", 45, recordings.damaged),
+    Part("forged recordings", 4, recordings.forged),
+    Part("messages", 1, trains.messages),
+    Part("numerics", 1.45, trains.numerics),
+    Part("kills", 0.06, processes.killed),
+    Part("signals", 0.05, processes.ended),
+    Part("lost files", 0.04, processes.robbed),
+]
+"""Shares in hundredths of all cases; what takes longer has less."""
+
+
+def table(state: State) -> str:
+    """The tallies as Markdown."""
+    lines = ["| | tried | refused or told | ran | failed | s |", "|---|---|---|---|---|---|"]
+    lines += [
+        f"| {name} | {t.tried} | {t.refused} | {t.ran} | {t.failed} | {t.seconds:.0f} |"
+        for name, t in state.tallies.items()
+    ]
+    every = list(state.tallies.values())
+    sums = [sum(getattr(t, name) for t in every) for name in ("tried", "refused", "ran", "failed", "seconds")]
+    return "\n".join([*lines, "| **all** | {} | {} | {} | {} | {:.0f} |".format(*sums)])
+
+
+def main() -> int:
+    """Attack; the exit status is 1 if anything was found."""
+    parser = argparse.ArgumentParser(prog="python -m tests.attack", description=__doc__)
+    parser.add_argument("--cases", type=int, default=10_000, help="in all, default 10000")
+    parser.add_argument("--minutes", type=float, default=600.0, help="stop after so long")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--part", action="append", choices=[part.name for part in PARTS], help="only this; repeatable")
+    parser.add_argument("--state", type=Path, help="file to go on from, and to keep the tallies in")
+    parser.add_argument("--case", metavar="PART:NUMBER", help="try this one case again")
+    arguments = parser.parse_args()
+    state = State(arguments.state, arguments.seed)
+    if arguments.case:
+        name, _, number = arguments.case.rpartition(":")
+        (part,) = (part for part in PARTS if part.name == name)
+        outcome, found = try_case(part, state.seed, int(number))
+        print(outcome.value if outcome else found)
+        return outcome is None
+    parts = [part for part in PARTS if part.share and (not arguments.part or part.name in arguments.part)]
+    attack(
+        parts,
+        state,
+        arguments.cases,
+        time.monotonic() + 60.0 * arguments.minutes,
+        lambda found: print(found, flush=True),
+    )
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout
+    print(f"seed {state.seed}, {datetime.now(UTC):%Y-%m-%d}, commit {commit.strip() or 'unknown'}\n\n{table(state)}")
+    return int(any(tally.failed for tally in state.tallies.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
