@@ -1,4 +1,4 @@
-"""Files of users, opened so that nothing can hang."""
+"""Files of users, opened so that nothing can hang, and nothing lands where it was not meant to."""
 
 from __future__ import annotations
 
@@ -26,3 +26,20 @@ def open_file(path: Path) -> BinaryIO:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     raise OSError(errno.EINVAL, "not a regular file", str(path))
+
+
+def create_file(path: Path) -> BinaryIO:
+    """Open a file for writing, empty; a link in its place is not followed.
+
+    Raises
+    ------
+    OSError
+        It cannot be made, or there is a link of its name.
+    """
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW
+    try:
+        return os.fdopen(os.open(path, flags, 0o666), "wb")
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise OSError(errno.ELOOP, "is a link, expected a file or nothing", str(path)) from error
+        raise

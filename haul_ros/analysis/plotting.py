@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from haul_ros.analysis.envelopes import largest_force
+from haul_ros.files import create_file
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 
 # Okabe and Ito's palette, to be told apart by colour-blind readers and in greyscale
@@ -50,7 +51,8 @@ def force_and_stroke(title: str) -> tuple[Figure, Axes, Axes]:
 
 def save_png(figure: Figure, path: Path) -> None:
     """Write a figure as PNG; needs no display."""
-    figure.savefig(path, format="png", dpi=DPI)
+    with create_file(path) as file:
+        figure.savefig(file, format="png", dpi=DPI)
 
 
 def shades(count: int, darkest_to: float = 0.8) -> NDArray[np.float64]:

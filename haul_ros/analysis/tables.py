@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from importlib.util import find_spec
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from haul_ros.analysis.envelopes import bottomed_couplers, largest_force
+from haul_ros.files import create_file
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes
 
@@ -83,7 +85,7 @@ def _batches(pieces: Iterator[Table]) -> Iterator[Table]:
 
 @contextmanager
 def _csv_file(path: Path) -> Iterator[_Append]:
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    with io.TextIOWrapper(create_file(path), encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
 
         def append(table: Table) -> None:
@@ -101,13 +103,14 @@ def _parquet_file(path: Path) -> Iterator[_Append]:
     import pyarrow.parquet as pq
 
     with ExitStack() as stack:
+        file = stack.enter_context(create_file(path))
         writer = None
 
         def append(table: Table) -> None:
             nonlocal writer
             rows = pa.table({name: list(column) for name, column in table.items()})
             if writer is None:
-                writer = stack.enter_context(pq.ParquetWriter(path, rows.schema))
+                writer = stack.enter_context(pq.ParquetWriter(file, rows.schema))
             writer.write_table(rows)
 
         yield append

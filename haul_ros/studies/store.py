@@ -28,6 +28,8 @@ class ResultStore:
     def __init__(self, path: Path) -> None:
         self._path = path
         self.refused: dict[str, str] = {}
+        if path.is_symlink():
+            raise StudyError(f"{path}: is a link, expected a file or nothing")
         with self._errors():
             self._database = sqlite3.connect(path)
             self._database.text_factory = lambda text: text.decode(errors="replace")  # damaged text is met below

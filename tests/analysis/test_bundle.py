@@ -56,3 +56,14 @@ def test_no_folder_is_made_for_a_recording_that_cannot_be_used(empty_recording: 
 
 def test_the_default_folder_has_the_name_of_the_file_in_the_current_folder() -> None:
     assert default_folder(Path("runs/stop.mcap")) == Path("stop_analysis")
+
+
+@pytest.mark.parametrize("name", ["peaks.csv", "peaks.parquet", "profile.png", "history.png"])
+def test_a_link_in_the_place_of_a_result_is_not_followed(run: RecordedRun, tmp_path: Path, name: str) -> None:
+    pytest.importorskip("pyarrow")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "precious").write_text("precious")
+    (tmp_path / "out" / name).symlink_to(tmp_path / "precious")
+    with pytest.raises(AnalysisError, match=rf"{name}: cannot be written: is a link, expected a file or nothing"):
+        analyze(run.path, tmp_path / "out")
+    assert (tmp_path / "precious").read_text() == "precious"

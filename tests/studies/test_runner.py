@@ -185,6 +185,13 @@ def test_the_answer_of_other_sources_is_refused(tmp_path: Path, speeds: Cases, m
         assert key(speeds(1)[0].load()) not in store
 
 
+def test_a_link_in_the_place_of_the_store_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "results.sqlite").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(StudyError, match=r"results\.sqlite: is a link"):
+        ResultStore(tmp_path / "results.sqlite")
+    assert not (tmp_path / "elsewhere").exists()
+
+
 def test_an_address_that_is_none_is_refused_at_once() -> None:
     pytest.importorskip("distributed")
     with pytest.raises(StudyError, match="scheduler nonsense: not there, expected tcp://HOST:PORT"), \
