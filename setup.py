@@ -55,9 +55,9 @@ setup(
     extras_require={
         # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "parquet": ["pyarrow"],
-        "studies": ["pyarrow"],
-        "cluster": ["dask", "distributed"],
+        "parquet": ["pyarrow>=15"],
+        "studies": ["pyarrow>=15"],
+        "cluster": ["dask>=2024.5", "distributed>=2024.5"],
         "test": [
             "pytest",
             "pytest-cov>=7",

@@ -10,11 +10,13 @@ import os
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 
 import lz4.frame
 import zstandard
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import AttachmentIndex, Chunk, ChunkIndex
+from mcap.records import AttachmentIndex, Chunk, ChunkIndex, Metadata, MetadataIndex
 from mcap.writer import MCAP0_MAGIC
 
 LARGEST_CHUNK = 64 * 1024 * 1024
@@ -25,7 +27,7 @@ CHECKSUM = "crc32"
 
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")
-_ATTACHMENT_HEAD = struct.Struct("<BQ")
+_RECORD_HEAD = struct.Struct("<BQ")
 _PIECE = 1024 * 1024
 _MOST_EXPANSION_OF_LZ4 = 255
 
@@ -61,7 +63,7 @@ def check_summary(file: int, size: int) -> None:
     if place < len(MCAP0_MAGIC):
         raise ValueError("no room for a footer")
     opcode, length, start, _, expected = _FOOTER.unpack(os.pread(file, _FOOTER.size, place))
-    if opcode != Opcode.FOOTER or length != _FOOTER.size - _ATTACHMENT_HEAD.size:
+    if opcode != Opcode.FOOTER or length != _FOOTER.size - _RECORD_HEAD.size:
         raise ValueError("no footer at its end")
     start, end = start or place, place + _FOOTER.size - 4
     if not len(MCAP0_MAGIC) <= start <= place:
@@ -89,12 +91,12 @@ def check_chunks(file: int, size: int, indexes: Sequence[ChunkIndex]) -> None:
             raise ValueError("chunk index points outside of the file, or chunks overlap")
         head = os.pread(file, _CHUNK_HEAD.size + 64, begin)
         opcode, length, _, _, uncompressed, _, name = _CHUNK_HEAD.unpack_from(head)
-        if opcode != Opcode.CHUNK or length + _ATTACHMENT_HEAD.size != index.chunk_length or name > 32:
+        if opcode != Opcode.CHUNK or length + _RECORD_HEAD.size != index.chunk_length or name > 32:
             raise ValueError("chunk index does not point to a chunk")
         compression = head[_CHUNK_HEAD.size :][:name].decode()
         if (compression, uncompressed) != (index.compression, index.uncompressed_size):
             raise ValueError("chunk index does not fit its chunk")
-        compressed = length - (_CHUNK_HEAD.size - _ATTACHMENT_HEAD.size) - name - 8
+        compressed = length - (_CHUNK_HEAD.size - _RECORD_HEAD.size) - name - 8
         _check_size(compression, head[_CHUNK_HEAD.size + name + 8 :], compressed, uncompressed)
 
 
@@ -126,6 +128,32 @@ def check_chunk(chunk: Chunk) -> None:
     _check_size(chunk.compression, chunk.data[:64], len(chunk.data), chunk.uncompressed_size)
 
 
+def descriptions(file: int, indexes: Sequence[MetadataIndex], name: str) -> list[dict[str, str]]:
+    """The metadata records of this name, whose checksums fit, in the order of the file.
+
+    Raises
+    ------
+    ValueError
+        An index that does not point to such a record, or a checksum that does not fit or is missing in some.
+    """
+    found = [dict(_metadata(file, index).metadata) for index in indexes if index.name == name]
+    if len({CHECKSUM in metadata for metadata in found}) > 1:
+        raise ValueError("description of the run: a checksum is missing")
+    return [checked_description(metadata) for metadata in found]
+
+
+def _metadata(file: int, index: MetadataIndex) -> Metadata:
+    if not _RECORD_HEAD.size < index.length <= LARGEST_ATTACHMENT:
+        raise ValueError(f"metadata {index.name} of {index.length} bytes, expected at most {LARGEST_ATTACHMENT}")
+    record = os.pread(file, index.length, index.offset)
+    if len(record) != index.length or _RECORD_HEAD.unpack_from(record) != (Opcode.METADATA, index.length - 9):
+        raise ValueError("metadata index does not point to a metadata record")
+    metadata: Metadata = Metadata.read(ReadDataStream(BytesIO(record[_RECORD_HEAD.size :])))
+    if metadata.name != index.name:
+        raise ValueError(f"metadata {index.name}: is called {metadata.name}")
+    return metadata
+
+
 def attachment(file: int, index: AttachmentIndex) -> bytes:
     """Content of an attachment whose checksum fits.
 
@@ -134,14 +162,14 @@ def attachment(file: int, index: AttachmentIndex) -> bytes:
     ValueError
         It does not, or the index does not point to an attachment of its size.
     """
-    if not _ATTACHMENT_HEAD.size + 36 <= index.length <= LARGEST_ATTACHMENT:
+    if not _RECORD_HEAD.size + 36 <= index.length <= LARGEST_ATTACHMENT:
         raise ValueError(f"attachment {index.name} of {index.length} bytes, expected at most {LARGEST_ATTACHMENT}")
     record = os.pread(file, index.length, index.offset)
     if len(record) != index.length or record[0] != Opcode.ATTACHMENT:
         raise ValueError("attachment index does not point to an attachment")
-    _, length = _ATTACHMENT_HEAD.unpack_from(record)
-    body, (expected,) = record[_ATTACHMENT_HEAD.size : -4], struct.unpack("<I", record[-4:])
-    if length != len(record) - _ATTACHMENT_HEAD.size or expected not in (0, zlib.crc32(body)):
+    _, length = _RECORD_HEAD.unpack_from(record)
+    body, (expected,) = record[_RECORD_HEAD.size : -4], struct.unpack("<I", record[-4:])
+    if length != len(record) - _RECORD_HEAD.size or expected not in (0, zlib.crc32(body)):
         raise ValueError(f"attachment {index.name}: checksum does not fit")
     place = 16  # behind the two times
     for _ in range(2):  # name and media type

@@ -27,7 +27,7 @@ from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
-from haul_ros.recording.integrity import attachment, check_chunks, check_summary, checked_description
+from haul_ros.recording.integrity import attachment, check_chunks, check_summary, descriptions
 from haul_ros.recording.opening import open_finished, reading
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
 from haul_ros.recording.series import (
@@ -255,8 +255,7 @@ class Recording:
         return summary, summary.statistics
 
     def _read_metadata(self) -> dict[str, str]:
-        found = (record for record in self._reader.iter_metadata() if record.name == RECORD_NAME)
-        records = [checked_description(record.metadata) for record in found]
+        records = descriptions(self._stream.fileno(), self._summary.metadata_indexes, RECORD_NAME)
         if not records:
             raise RecordingError(f"{self.path}: an MCAP file, but no recording of haul_ros")
         first, last = records[0], records[-1]

@@ -127,6 +127,23 @@ def test_a_changed_description_is_noticed(run: Path, tmp_path: Path) -> None:
         Recording(damaged)
 
 
+@pytest.mark.parametrize(
+    ("before", "after"), [(b"\x08\x00\x00\x00haul_ros", b"\x08\x00\x00\x00haul_rot"), (b"crc32", b"crc33")]
+)
+def test_a_description_at_the_end_that_hides_is_noticed(run: Path, tmp_path: Path, before: bytes, after: bytes) -> None:
+    data = run.read_bytes()
+    with run.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    last = [index for index in summary.metadata_indexes if index.name == "haul_ros"][-1]
+    place = data.index(before, last.offset)
+    assert place < last.offset + last.length
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(data[:place] + after + data[place + len(before) :])
+    with pytest.raises(RecordingError, match=r"is called haul_rot|a checksum is missing"):
+        Recording(damaged)
+
+
 def expanding(path: Path, source: Path, compression: CompressionType, size: int) -> None:
     """A file with the beginning of a recording and a chunk that becomes so large."""
     with source.open("rb") as stream, path.open("wb") as target:
