@@ -30,6 +30,7 @@ def test_the_first_ctrl_c_is_noted_and_the_second_interrupts() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 @pytest.mark.slow
 def test_a_signal_ends_a_run_whole_and_is_its_exit_status(

@@ -104,6 +104,7 @@ def test_main_returns_the_status(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", "no such file"]) == 2
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("redirection", "status", "told"),
     [

@@ -189,6 +189,7 @@ def without(source: str, target: str, left_out: Callable[[str, int], bool]) -> N
         writer.finish()
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("left_out", "told"),
     [
@@ -233,6 +234,7 @@ def test_a_changed_extreme_is_found(recorded: Haul) -> None:
     assert "first at 2.000 s in /haul/max_tension: coupler_011 force [N]: recorded " in outcome.out
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("time_ns", [2**63 + 40_000_000, 2**61, 2**59, 1_000_000 * SECOND])
 @pytest.mark.parametrize("arguments", [(), ("--set", "initial_speed_kmh=20", "-o", "new.mcap")])
 def test_a_forged_time_is_refused_and_not_simulated_up_to(

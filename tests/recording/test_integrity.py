@@ -26,6 +26,8 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover, survey
 from haul_ros.recording.writer import McapRecorder
 
+pytestmark = pytest.mark.no_cover
+
 FOOTER = 29
 MEMORY = 1_500_000_000
 """Bytes of address space for a reader: it takes some 600 MB of it for its libraries."""

@@ -396,6 +396,7 @@ def chunks_of(path: Path) -> tuple[bytes, list[bytes], bytes]:
     return data[: edges[0][0]], [data[begin:end] for begin, end in edges], data[edges[-1][1] :]
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("order", "missing", "repeated"),
     [((0, 1, 1, 2, 3), (), (1,)), ((0, 0, 0, 1, 2, 3), (), (0, 0)), ((0, 2, 3), (1,), ()), ((0, 2, 2, 3), (1,), (2,)),

@@ -282,6 +282,7 @@ def test_a_reset_starts_again_without_the_emergency_and_with_a_new_recording(
     assert extremes.time_ns == PERIOD
 
 
+@pytest.mark.no_cover
 def test_resets_cannot_fill_a_disk(start_node: StartNode, observer: Observer) -> None:
     node = start_node(record_path="run.mcap", reset_interval=3600.0, max_recordings=3)
     Couplers(observer).wait_for_time(PERIOD)
@@ -298,6 +299,7 @@ def test_resets_cannot_fill_a_disk(start_node: StartNode, observer: Observer) ->
     assert len(list(node.folder.iterdir())) == 3
 
 
+@pytest.mark.no_cover
 def test_a_second_node_of_the_same_name_is_told_of(start_node: StartNode, observer: Observer) -> None:
     nodes = [start_node(record_path="none") for _ in range(2)]
     observer.wait_until(

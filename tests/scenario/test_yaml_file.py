@@ -56,6 +56,7 @@ def test_what_is_written_reads_back_the_same_in_the_same_order(data: dict[str, o
     assert dump_yaml(again) == text
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -113,6 +113,7 @@ def other_sources(tmp_path: Path) -> Path:
     return root
 
 
+@pytest.mark.no_cover
 def test_workers_with_other_sources_of_the_same_version_are_refused(cluster: Cluster, other_sources: Path) -> None:
     address = cluster.address()
     cluster.worker(other_sources)
