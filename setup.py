@@ -39,7 +39,7 @@ setup(
         *config_files(),
     ],
     python_requires=">=3.11",
-    # Lower bounds are what Ubuntu 24.04 has, or the first that can do what is needed; both ends are tested.
+    # Lower bounds are about what Ubuntu 24.04 has, or the first that can do what is needed: scripts/oldest.txt.
     install_requires=[
         "numpy>=1.26,<3",
         "numba>=0.59,<1",
