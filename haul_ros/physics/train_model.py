@@ -209,8 +209,12 @@ class TrainModel:
         If its brake is applied when the link goes down, traction ends then.
         """
         self._train.vehicles.link_down[vehicle] = 0.0 if connected else 1.0
-        if not connected and self.brake_target(vehicle) > 0.0:
+        if self.stopped_by_pipe(vehicle):
             self.set_traction(vehicle, 0.0)
+
+    def stopped_by_pipe(self, vehicle: int) -> bool:
+        """Whether the brake pipe alone keeps a locomotive from pulling: its link is down, and a brake is applied."""
+        return bool(self._train.vehicles.link_down[vehicle] != 0.0) and self.brake_target(vehicle) > 0.0
 
     # -- observing ---------------------------------------------------------------------------------
 

@@ -72,7 +72,9 @@ class Locomotives:
         """A command takes effect at the locomotive that it names, at ``time`` [s]."""
         brake = self._brakes[command.locomotive]
         if command.kind is CommandKind.TRACTION:
-            free = brake.demand == 0.0 and not self._model.in_emergency(brake.vehicle) and not brake.emergency
+            held = brake.demand > 0.0 or brake.emergency or self._model.in_emergency(brake.vehicle)
+            # A telegram that was under way when the link went down may arrive after the pipe has told of a brake
+            free = not held and not self._model.stopped_by_pipe(brake.vehicle)
             self._model.set_traction(brake.vehicle, command.value if free else 0.0)
         elif command.kind is CommandKind.BRAKE:
             self._set_demand(time, command.locomotive, brake, command.value)

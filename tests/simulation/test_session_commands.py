@@ -306,3 +306,15 @@ def test_at_too_many_waves_demands_are_refused_and_an_emergency_is_not(monkeypat
     session.request(Command("master", CommandKind.EMERGENCY, 1.0))
     session.advance(2000)
     assert session.sample().cylinder_pressure[0] > 0.0
+
+
+def test_traction_that_arrives_after_the_link_is_down_and_the_pipe_has_told_of_a_brake_does_not_pull() -> None:
+    session = Session(load_scenario("daqin_1_2_1", {"commands": [], "radio.slave_2.delay_s": 10}))
+    slave = session.consist.locomotives[2].vehicle
+    session.request(Command("slave_2", CommandKind.TRACTION, 400e3))
+    session.advance(1000)
+    session.request(RadioLinkChange("slave_2", connected=False))
+    session.request(Command("master", CommandKind.BRAKE, 0.5))
+    session.advance(11_000)
+    assert session.sample().cylinder_pressure[slave] > 0.0
+    assert session.energy().traction_work == 0.0
