@@ -206,7 +206,7 @@ if not instant:
 sys.settrace(count)
 sys.exit(node.main(["--ros-args", "-p", "record_path:=run.mcap"]))
 """
-INSTANTS = int(os.environ.get("HAUL_INSTANTS", "6"))
+INSTANTS = int(os.environ.get("HAUL_INSTANTS", "4"))
 
 
 @pytest.mark.slow
