@@ -39,7 +39,7 @@ setup(
         *config_files(),
     ],
     python_requires=">=3.11",
-    # Lower bounds are about what Ubuntu 24.04 has, or the first that can do what is needed: scripts/oldest.txt.
+    # Lower bounds are what Ubuntu 24.04 has, or the first that can do what is needed: scripts/oldest.txt.
     install_requires=[
         "numpy>=1.26,<3",
         "numba>=0.59,<1",
@@ -49,7 +49,7 @@ setup(
         "rosbags>=0.11,<0.12",
         "ruamel.yaml>=0.17.21,<0.20",
         "jsonschema>=4.10,<5",
-        "matplotlib>=3.6,<4",
+        "matplotlib>=3.7,<4",
         "tqdm>=4.64,<5",
     ],
     extras_require={

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.consist import Consist
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.sample import Sample
+from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.reader import Recording
 from haul_ros.simulation.batch import RunError
 from haul_ros.simulation.session import Session
@@ -69,40 +70,40 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     messages, differing = 0, 0
     first: Difference | None = None
     times: dict[str, list[int]] = {channel.topic: [] for channel in recording.channels.samples}
-    replayed = _state(encoder, session)
+    replayed = _by_topic(encoder.sample(session.sample()))
     for recorded in recording.state_messages():
         if steps := round((recorded.time_ns - session.time_ns) / NS_PER_S / scenario.time_step):
             if not 0 < steps * scenario.time_step <= LONGEST_GAP:
                 problem = f"a message of {recorded.time_ns / NS_PER_S:.3f} s follows that of {session.time:.3f} s"
                 raise RecordingError(f"{recording.path}: {problem}: not replayed, its times cannot be right")
-            show(_advance(session, steps))
-            replayed = _state(encoder, session)
+            sample = _advance(session, steps)
+            replayed = _by_topic(encoder.sample(sample))
+            show(sample)
         messages += 1
-        if recorded.channel.topic in times:
-            times[recorded.channel.topic].append(recorded.time_ns)
-        if recorded.data != replayed[recorded.channel.topic].data:
+        topic = recorded.channel.topic
+        if topic in times:
+            times[topic].append(recorded.time_ns)
+        elif topic not in replayed:  # once a second, not with every sample
+            replayed |= _by_topic(encoder.extremes(session.time_ns, session.extremes()))
+        if recorded.data != replayed[topic].data:
             differing += 1
-            again = replayed[recorded.channel.topic]
+            again = replayed[topic]
             first = first or _difference(recording, scenario.consist, encoder, recorded, again)
     if not messages:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.couplers.topic}: nothing was run")
-    return Comparison(messages, differing, first, _missing(recording, times, session), recording.info().dropped)
+    facts = recording.info()
+    return Comparison(messages, differing, first, _missing(facts, times, session), facts.dropped)
 
 
-def _state(encoder: TelemetryEncoder, session: Session) -> dict[str, Message]:
-    """The messages that tell of the train's motion now, by topic."""
-    messages = (*encoder.sample(session.sample()), *encoder.extremes(session.time_ns, session.extremes()))
+def _by_topic(messages: Iterable[Message]) -> dict[str, Message]:
     return {message.channel.topic: message for message in messages}
 
 
-def _missing(recording: Recording, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
+def _missing(facts: RecordingInfo, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
     """How many messages by topic are not there that the others, the rate of samples or the recorder tell of."""
     found = set().union(*times.values())
-    facts = recording.info()
-    if not found:
-        return dict.fromkeys(times, 1)
-    period = session.steps_per_sample
-    first, last = (round(time_ns / NS_PER_S / session.scenario.time_step) for time_ns in (min(found), facts.end_ns))
+    begin, period = min(found, default=0), session.steps_per_sample
+    first, last = (round(time_ns / NS_PER_S / session.scenario.time_step) for time_ns in (begin, facts.end_ns))
     steps = range(-(-first // period) * period, last + 1, period)
     expected = found | {seconds_to_ns(step * session.scenario.time_step) for step in steps}
     if facts.dropped is None:  # it ended anywhere, between two messages of a sample too

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from haul_ros.ending import EndingHandler
 
 
 class Interruption:
@@ -14,13 +13,7 @@ class Interruption:
 
     def __init__(self) -> None:
         self._signal: int | None = None
-        self._previous = {
-            number: signal.getsignal(number)
-            for number in _ENDING
-            if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
-        }
-        for number in self._previous:
-            signal.signal(number, self._note)
+        self._handler = EndingHandler(self._note)
 
     def __call__(self) -> bool:
         """A signal has come."""
@@ -33,10 +26,9 @@ class Interruption:
 
     def restore(self) -> None:
         """Give the signals back."""
-        for number, handler in self._previous.items():
-            signal.signal(number, handler)
+        self._handler.restore()
 
-    def _note(self, number: int, _frame: object) -> None:
+    def _note(self, number: int) -> None:
         self._signal = number
         self.restore()
 

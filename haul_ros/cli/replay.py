@@ -11,7 +11,7 @@ from haul_ros.analysis.replay import Comparison, replay_and_compare, session_wit
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.progress import progress
-from haul_ros.cli.run import announce_compilation, finishing, new_recorder, simulate
+from haul_ros.cli.run import announce_compilation, exit_status, finishing, new_recorder, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
 from haul_ros.errors import HaulError
 from haul_ros.messages.encoder import TelemetryEncoder
@@ -72,11 +72,7 @@ def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
         with finishing(recorder) as failure, progress(session.scenario, quiet=arguments.json) as bar:
             again = simulate(session, encoder, recorder, bar.show, interrupted)
         _print(arguments, recorded, again)
-        for error in failure:
-            raise error
-        if again.energy and again.energy.fault:
-            return 1
-        return interrupted.exit_status
+        return exit_status(again, failure, interrupted)
 
 
 def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary) -> None:

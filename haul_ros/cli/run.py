@@ -6,12 +6,12 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from haul_ros.analysis.summary import RunSummary, summarize_session
-from haul_ros.cli.interrupt import interruption
+from haul_ros.cli.interrupt import Interruption, interruption
 from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
@@ -44,29 +44,33 @@ def run(arguments: argparse.Namespace) -> int:
             announce_compilation()
             summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
         _print(arguments, summary, interrupted(), recorded=not failure)
-        for error in failure:
-            raise error
-        if summary.energy and summary.energy.fault:
-            return 1
-        return interrupted.exit_status
+        return exit_status(summary, failure, interrupted)
 
 
 @contextmanager
 def finishing(recorder: McapRecorder | None) -> Iterator[list[RecordingError]]:
     """Finish the recording at the end of the block; that it failed is left to be told when the run has been."""
     failure: list[RecordingError] = []
-    if recorder is None:
+    with recorder or nullcontext():
         yield failure
-        return
-    try:
-        yield failure
-    except BaseException as error:
-        recorder.__exit__(type(error), error, error.__traceback__)
-        raise
-    try:
-        recorder.close()
-    except RecordingError as error:
-        failure.append(error)
+        if recorder is not None:
+            try:
+                recorder.close()
+            except RecordingError as error:
+                failure.append(error)
+
+
+def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrupted: Interruption) -> int:
+    """How a run that has been told of ends: 1 if energy came from nowhere, else that of the signal that ended it.
+
+    Raises
+    ------
+    RecordingError
+        The recording failed.
+    """
+    for error in failure:
+        raise error
+    return 1 if summary.energy and summary.energy.fault else interrupted.exit_status
 
 
 def announce_compilation() -> None:

@@ -31,6 +31,8 @@ _HEAD = np.dtype(
     ]
 )
 """What stands before the bytes of a message."""
+MESSAGE_HEAD = _HEAD.itemsize
+"""Bytes of a message record without data."""
 _RECORD_HEAD = 9
 """Bytes of opcode and length before any record."""
 _COUNTED_IN_LENGTH = _HEAD.itemsize - _RECORD_HEAD

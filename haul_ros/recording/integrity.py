@@ -16,12 +16,13 @@ import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import AttachmentIndex, Chunk, ChunkIndex, Metadata, MetadataIndex
+from mcap.records import Attachment, AttachmentIndex, Chunk, ChunkIndex, Metadata, MetadataIndex
 from mcap.writer import MCAP0_MAGIC
 
 LARGEST_CHUNK = 64 * 1024 * 1024
 """Bytes of memory for one chunk; those of this package have little more than 1 MiB, those of others 4 MiB."""
-LARGEST_ATTACHMENT = 16 * 1024 * 1024
+LARGEST_RECORD = 16 * 1024 * 1024
+"""Bytes of memory for one attachment or description of a run."""
 CHECKSUM = "crc32"
 """Entry of the description of a run: checksum of the others."""
 
@@ -143,12 +144,8 @@ def descriptions(file: int, indexes: Sequence[MetadataIndex], name: str) -> list
 
 
 def _metadata(file: int, index: MetadataIndex) -> Metadata:
-    if not _RECORD_HEAD.size < index.length <= LARGEST_ATTACHMENT:
-        raise ValueError(f"metadata {index.name} of {index.length} bytes, expected at most {LARGEST_ATTACHMENT}")
-    record = os.pread(file, index.length, index.offset)
-    if len(record) != index.length or _RECORD_HEAD.unpack_from(record) != (Opcode.METADATA, index.length - 9):
-        raise ValueError("metadata index does not point to a metadata record")
-    metadata: Metadata = Metadata.read(ReadDataStream(BytesIO(record[_RECORD_HEAD.size :])))
+    body = _record(file, index, Opcode.METADATA, f"metadata {index.name}")
+    metadata: Metadata = Metadata.read(ReadDataStream(BytesIO(body)))
     if metadata.name != index.name:
         raise ValueError(f"metadata {index.name}: is called {metadata.name}")
     return metadata
@@ -162,20 +159,21 @@ def attachment(file: int, index: AttachmentIndex) -> bytes:
     ValueError
         It does not, or the index does not point to an attachment of its size.
     """
-    if not _RECORD_HEAD.size + 36 <= index.length <= LARGEST_ATTACHMENT:
-        raise ValueError(f"attachment {index.name} of {index.length} bytes, expected at most {LARGEST_ATTACHMENT}")
-    record = os.pread(file, index.length, index.offset)
-    if len(record) != index.length or record[0] != Opcode.ATTACHMENT:
-        raise ValueError("attachment index does not point to an attachment")
-    _, length = _RECORD_HEAD.unpack_from(record)
-    body, (expected,) = record[_RECORD_HEAD.size : -4], struct.unpack("<I", record[-4:])
-    if length != len(record) - _RECORD_HEAD.size or expected not in (0, zlib.crc32(body)):
-        raise ValueError(f"attachment {index.name}: checksum does not fit")
-    place = 16  # behind the two times
-    for _ in range(2):  # name and media type
-        place += 4 + struct.unpack_from("<I", body, place)[0]
-    (size,) = struct.unpack_from("<Q", body, place)
-    data = body[place + 8 :]
-    if len(data) != size:
+    body = _record(file, index, Opcode.ATTACHMENT, f"attachment {index.name}")
+    stream = BytesIO(body)
+    data: bytes = Attachment.read(ReadDataStream(stream)).data
+    if stream.read():
         raise ValueError(f"attachment {index.name}: has another size than it says")
+    if int.from_bytes(body[-4:], "little") not in (0, zlib.crc32(body[:-4])):
+        raise ValueError(f"attachment {index.name}: checksum does not fit")
     return data
+
+
+def _record(file: int, index: AttachmentIndex | MetadataIndex, opcode: Opcode, name: str) -> bytes:
+    """The content of a record, ``name`` in messages, which lies where and is as long as the index says."""
+    if not _RECORD_HEAD.size < index.length <= LARGEST_RECORD:
+        raise ValueError(f"{name} of {index.length} bytes, expected at most {LARGEST_RECORD}")
+    record = os.pread(file, index.length, index.offset)
+    if len(record) != index.length or _RECORD_HEAD.unpack_from(record) != (opcode, index.length - _RECORD_HEAD.size):
+        raise ValueError(f"{name}: its index does not point to it")
+    return record[_RECORD_HEAD.size :]

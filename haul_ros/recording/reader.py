@@ -25,6 +25,7 @@ from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.command import Command
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
+from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.integrity import attachment, check_chunks, check_summary, descriptions
@@ -40,8 +41,6 @@ from haul_ros.recording.series import (
 )
 from haul_ros.recording.topics import TopicIndex
 
-SMALLEST_MESSAGE = 31
-"""Bytes of a message record without data."""
 LATEST_NS = 2**60
 """Simulation time [ns] that no run reaches: 36 years."""
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
@@ -246,13 +245,12 @@ class Recording:
         summary = self._reader.get_summary()
         if summary is None or summary.statistics is None:
             raise RecordingError(f"{self.path}: MCAP file without index, expected a recording of haul_ros")
-        if not 0 <= summary.statistics.message_end_time <= LATEST_NS:
-            raise ValueError(f"a message at {summary.statistics.message_end_time} ns")
-        if summary.statistics.message_count * SMALLEST_MESSAGE > sum(
-            c.uncompressed_size for c in summary.chunk_indexes
-        ):
+        statistics, room = summary.statistics, sum(chunk.uncompressed_size for chunk in summary.chunk_indexes)
+        if statistics.message_end_time > LATEST_NS:
+            raise ValueError(f"a message at {statistics.message_end_time} ns")
+        if statistics.message_count * MESSAGE_HEAD > room:
             raise ValueError("more messages than its chunks have room for")
-        return summary, summary.statistics
+        return summary, statistics
 
     def _read_metadata(self) -> dict[str, str]:
         records = descriptions(self._stream.fileno(), self._summary.metadata_indexes, RECORD_NAME)

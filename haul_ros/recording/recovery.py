@@ -8,7 +8,7 @@ import struct
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from io import BufferedReader, FileIO
+from io import BufferedReader
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -105,7 +105,7 @@ def survey(path: Path) -> Survey:
         It cannot be read, is no recording of haul_ros or is damaged before its first message.
     """
     try:
-        with open_file(path) as file, _Window(FileIO(file.fileno(), closefd=False)) as stream:
+        with _Window(open_file(path).detach()) as stream:
             source = _Source(path, stream)
             description, _ = source.read_beginning()
             counts: Counter[str] = Counter()
@@ -129,7 +129,7 @@ def recover(source: Path, target: Path) -> Recovery:
         exists or cannot be written. There is no ``target`` then.
     """
     try:
-        with open_file(source) as file, _Window(FileIO(file.fileno(), closefd=False)) as stream:
+        with _Window(open_file(source).detach()) as stream:
             return _recover(_Source(source, stream), target)
     except OSError as err:
         raise RecordingError(f"{source}: cannot be recovered: {err.strerror}") from err

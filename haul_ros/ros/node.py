@@ -27,7 +27,7 @@ def main(args: Sequence[str] | None = None) -> int:
             return 2
         except (KeyboardInterrupt, Exception):
             # While it starts a signal interrupts anything, and what is interrupted may fail in its own way
-            if signals.taken:
+            if signals.interrupted_start:
                 return 0
             raise
 

@@ -12,7 +12,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
 from haul_ros.errors import HaulError
-from haul_ros.model.radio import RadioLinkChange
+from haul_ros.model.radio import LONGEST_DELAY, RadioLinkChange
 from haul_ros.model.scenario import Scenario
 from haul_ros.units import kmh_to_mps, mps_to_kmh
 
@@ -177,7 +177,7 @@ _LINK_ROWS = (
         "time from a command at the master to its effect at this slave, from the next command on",
         unit="s",
         minimum=0.0,
-        maximum=3600.0,
+        maximum=LONGEST_DELAY,
         read_only=False,
         scenario_key="delay_s",
     ),
@@ -187,7 +187,7 @@ _LINK_ROWS = (
         "largest random addition to the delay, from the next command on",
         unit="s",
         minimum=0.0,
-        maximum=3600.0,
+        maximum=LONGEST_DELAY,
         read_only=False,
         scenario_key="jitter_s",
     ),

@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from haul_ros.ending import EndingHandler
 
 
 class EndingSignals:
@@ -20,11 +20,7 @@ class EndingSignals:
     def __init__(self) -> None:
         self._shut_down: Callable[[], object] | None = None
         self._taken = False
-        self._previous = {
-            number: signal.signal(number, self._take)
-            for number in _ENDING
-            if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
-        }
+        self._handler = EndingHandler(self._take)
 
     def started(self, shut_down: Callable[[], object]) -> None:
         """From now on the node ends by the shutdown of ROS alone, which is ``shut_down`` where rclpy sees no signal."""
@@ -32,15 +28,19 @@ class EndingSignals:
 
     def restore(self) -> None:
         """Give the signals back to who had them."""
-        for number, handler in self._previous.items():
-            signal.signal(number, handler)
+        self._handler.restore()
 
     @property
     def taken(self) -> bool:
         """Whether there was one: a KeyboardInterrupt is lost where it meets code that lets no exception out."""
         return self._taken
 
-    def _take(self, number: int, _frame: object) -> None:
+    @property
+    def interrupted_start(self) -> bool:
+        """There was one before the node had started."""
+        return self._taken and self._shut_down is None
+
+    def _take(self, number: int) -> None:
         self._taken = True
         if self._shut_down is None:
             raise KeyboardInterrupt

@@ -13,13 +13,12 @@ KeyPath = tuple[str | int, ...]
 
 def dotted(path: KeyPath) -> str:
     """The path as users write it: ``consist.1.count``."""
-    return ".".join(map(_word, map(str, path)))
+    return ".".join(str(part) for part in path)
 
 
-def _word(part: str) -> str:
-    """A key in a few characters that can be printed."""
-    shown = part if part.isprintable() else repr(part)
-    return shown if len(shown) <= 40 else f"{shown[:36]} ..."
+def _shown(path: KeyPath) -> str:
+    """The same for messages, each key in a few characters."""
+    return ".".join(part if len(part) <= 40 else f"{part[:36]} ..." for part in map(str, path))
 
 
 def show(value: object) -> str:
@@ -73,9 +72,9 @@ class Document:
 
     def error(self, path: KeyPath, problem: str) -> ScenarioError:
         """The error to raise: ``my.yaml:12: vehicles.C80: problem``."""
-        where = f"{self.origin(path)}: {dotted(path)}" if path else self.origin(path)
+        where = f"{self.origin(path)}: {_shown(path)}" if path else self.origin(path)
         return ScenarioError(f"{where}: {problem}")
 
     def refusal(self, path: KeyPath, expected: str) -> ScenarioError:
         """The error to raise: ``my.yaml:12: vehicles.C80.mass_t = -84, expected``."""
-        return ScenarioError(f"{self.origin(path)}: {dotted(path)} = {show(self.at(path))}, {expected}")
+        return ScenarioError(f"{self.origin(path)}: {_shown(path)} = {show(self.at(path))}, {expected}")

@@ -31,7 +31,7 @@ class Heartbeat:
         self._now = now
         self._problem = "does not answer"
         self._question: Future[str] | None = None
-        self._asked = self._well = now()
+        self._asked = self._well = self._looked = now()
         self._told = False
 
     def check(self) -> None:
@@ -43,6 +43,9 @@ class Heartbeat:
             For `GIVEN_UP_AFTER` there was no answer, or none that all is well.
         """
         now = self._now()
+        if now > self._looked + ASK_AGAIN:  # nobody looked, or this process was stopped: that says nothing of the other
+            self._well += now - self._looked
+        self._looked = now
         if self._question is not None and self._question.done():
             self._note(self._question, now)
             self._question = None

@@ -46,8 +46,7 @@ class _Work:
     def collect(self) -> None:
         """Keep what has finished meanwhile."""
         finished, _ = wait(self.running, timeout=_WAKE, return_when=FIRST_COMPLETED)
-        if not finished:
-            self.pool.check()
+        self.pool.check()
         for future in finished:
             digest, names = self.running.pop(future)
             try:

@@ -51,16 +51,19 @@ def main() -> int:
     parser.add_argument("--state", type=Path, help="file to go on from, and to keep the tallies in")
     parser.add_argument("--case", metavar="PART:NUMBER", help="try this one case again")
     arguments = parser.parse_args()
+    if arguments.cases < 1:
+        parser.error(f"--cases {arguments.cases}: must be 1 or more")
+    parts = {part.name: part for part in PARTS if part.share}
     state = State(arguments.state, arguments.seed)
     if arguments.case:
         name, _, number = arguments.case.rpartition(":")
-        (part,) = (part for part in PARTS if part.name == name)
-        outcome, found = try_case(part, state.seed, int(number))
+        if name not in parts or not number.isdecimal():
+            parser.error(f"--case {arguments.case}: expected PART:NUMBER, parts are {', '.join(parts)}")
+        outcome, found = try_case(parts[name], state.seed, int(number))
         print(outcome.value if outcome else found)
         return outcome is None
-    parts = [part for part in PARTS if part.share and (not arguments.part or part.name in arguments.part)]
     attack(
-        parts,
+        [part for name, part in parts.items() if name in (arguments.part or parts)],
         state,
         arguments.cases,
         time.monotonic() + 60.0 * arguments.minutes,

@@ -114,9 +114,7 @@ def numerics(rng: random.Random, folder: Path) -> Outcome:
     data = extreme_train(rng)
     try:
         scenario = load_scenario_text(dump_yaml(data), "train")
-    except ScenarioError as error:
-        if "\n" in str(error):
-            raise Found(f"refused in more than one line: {error}") from error
+    except ScenarioError:
         return Outcome.REFUSED
     session = Session(scenario, play_commands=True)
     vehicles = len(scenario.consist.vehicles)

@@ -8,13 +8,12 @@ import resource
 import struct
 import subprocess
 import sys
-import zlib
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+from mcap.writer import CompressionType, Writer
 
 from haul_ros.errors import RecordingError
 from haul_ros.messages.encoder import TelemetryEncoder
@@ -25,10 +24,10 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover, survey
 from haul_ros.recording.writer import McapRecorder
+from tests.recorded import content, sign_summary, summary_section
 
 pytestmark = pytest.mark.no_cover
 
-FOOTER = 29
 MEMORY = 1_500_000_000
 """Bytes of address space for a reader: it takes some 600 MB of it for its libraries."""
 
@@ -48,24 +47,6 @@ def run(
             recorder.put(encoder.sample(make_sample(step)), 1)
         recorder.put(encoder.extremes(1_000_000_000, extremes), 3)
     return path
-
-
-def content(path: Path) -> list[object]:
-    """All that a reader gives of a recording."""
-    with Recording(path) as recording:
-        info = recording.info()
-        return [
-            recording.scenario_document,
-            recording.metadata,
-            info.topics,
-            (info.messages, info.start_ns, info.end_ns, info.dropped),
-            recording.requests(),
-            recording.events(),
-            [(m.channel.topic, m.time_ns, m.data) for m in recording.state_messages()],
-            [(s.time_ns.tobytes(), s.names) for s in recording.samples()],
-            recording.samples().couplers.force.tobytes(),
-            [r.extremes.tension.tobytes() for r in recording.extremes()],
-        ]
 
 
 def test_a_flipped_bit_anywhere_is_noticed_or_changes_nothing(run: Path, tmp_path: Path) -> None:
@@ -196,17 +177,6 @@ def test_a_small_file_that_expands_to_a_gigabyte_is_refused_in_bounded_memory(
         assert "expected at most 67108864" in done.stderr
 
 
-def forged(path: Path, source: Path, change: Callable[[bytearray, int], None]) -> Path:
-    """A copy whose summary section is changed and has a right checksum."""
-    data = bytearray(source.read_bytes())
-    footer = len(data) - len(MCAP0_MAGIC) - FOOTER
-    (start,) = struct.unpack_from("<Q", data, footer + 9)
-    change(data, start)
-    struct.pack_into("<I", data, footer + 25, zlib.crc32(data[start : footer + 25]))
-    path.write_bytes(data)
-    return path
-
-
 def test_a_forged_summary_raises_nothing_but_a_recording_error_and_takes_no_memory(run: Path, tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     draw = random.Random(2)
@@ -214,12 +184,12 @@ def test_a_forged_summary_raises_nothing_but_a_recording_error_and_takes_no_memo
     resource.setrlimit(resource.RLIMIT_AS, (8_000_000_000, hard))
     try:
         for _, value in itertools.product(range(70), values):
-
-            def change(data: bytearray, start: int, value: int = value) -> None:
-                place = draw.randrange(start, len(data) - len(MCAP0_MAGIC) - FOOTER - 8)
-                struct.pack_into("<Q", data, place, value)
-
-            path = forged(tmp_path / "forged.mcap", run, change)
+            data = bytearray(run.read_bytes())
+            begin, footer = summary_section(data)
+            struct.pack_into("<Q", data, draw.randrange(begin, footer - 8), value)
+            sign_summary(data)
+            path = tmp_path / "forged.mcap"
+            path.write_bytes(data)
             try:
                 content(path)
             except RecordingError as error:

@@ -17,6 +17,7 @@ pytest.importorskip("rclpy")
 from haul_ros.model.command import CommandKind
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.node import main
+from haul_ros.ros.signals import EndingSignals
 from tests.ros.live_node import TABLE, Couplers
 
 if TYPE_CHECKING:
@@ -144,6 +145,19 @@ def test_a_signal_while_the_node_starts_ends_it_with_status_0_and_no_unfinished_
     observer.wait_until(lambda: observer.subscribers_of(channel) > 0, "the first of the node's topics")
     assert node.end(signal_number) == 0
     assert not list(node.folder.glob("*.active"))
+
+
+def test_what_fails_after_the_start_is_not_hidden_by_the_signal_that_ended_the_node(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def run_node(_argv: object, signals: EndingSignals) -> int:
+        signals.started(lambda: None)
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr("haul_ros.ros.train_node.run_node", run_node)
+    with pytest.raises(RuntimeError, match="broken"):
+        main([])
 
 
 INTERRUPTED = """

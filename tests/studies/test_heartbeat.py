@@ -69,3 +69,11 @@ def test_one_who_comes_back_is_told_of(caplog: pytest.LogCaptureFixture) -> None
     far.answer = ""
     far.wait(2 * GIVEN_UP_AFTER)
     assert caplog.records[-1].getMessage() == "the far one: is there again"
+
+
+def test_time_in_which_nobody_looked_is_no_silence(caplog: pytest.LogCaptureFixture) -> None:
+    far = Far()
+    far.time = 10 * GIVEN_UP_AFTER
+    far.heartbeat.check()
+    far.wait(TOLD_AFTER)
+    assert not caplog.records

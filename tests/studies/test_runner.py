@@ -192,6 +192,14 @@ def test_a_link_in_the_place_of_the_store_is_not_followed(tmp_path: Path) -> Non
     assert not (tmp_path / "elsewhere").exists()
 
 
+def test_who_computes_is_looked_after_while_cases_finish_too(tmp_path: Path, speeds: Cases) -> None:
+    looks: list[None] = []
+    with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
+        watched = replace(pool, check=lambda: looks.append(None))
+        run_cases(speeds(4), watched, store)
+    assert len(looks) >= 4
+
+
 def test_an_address_that_is_none_is_refused_at_once() -> None:
     pytest.importorskip("distributed")
     with pytest.raises(StudyError, match="scheduler nonsense: not there, expected tcp://HOST:PORT"), \
