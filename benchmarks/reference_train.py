@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 from scipy.linalg import solveh_banded  # type: ignore[import-untyped]
 
+from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.draft_gear import DraftGear, SideCurves
 from haul_ros.model.scenario import Scenario
@@ -25,6 +26,11 @@ from haul_ros.units import GRAVITY
 Floats = NDArray[np.float64]
 
 MAX_ITERATIONS = 25
+
+
+def _wave_brakes(scenario: Scenario) -> BrakeSystem:
+    assert isinstance(scenario.brakes, BrakeSystem), "the reference has the empirical brake alone"
+    return scenario.brakes
 
 
 class CouplerForce(NamedTuple):
@@ -47,7 +53,7 @@ class ReferenceTrain:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        consist, brakes = scenario.consist, scenario.brakes
+        consist, brakes = scenario.consist, _wave_brakes(scenario)
         _require_paper_law(scenario)
         self.initial_speed = scenario.initial_speed
         self.mass = _column(consist, "mass")
@@ -252,7 +258,7 @@ def _arrival_times(consist: Consist, wave_speed: float) -> Floats:
 
 
 def _require_paper_law(scenario: Scenario) -> None:
-    consist, build_up, track = scenario.consist, scenario.brakes.build_up, scenario.track
+    consist, build_up, track = scenario.consist, _wave_brakes(scenario).build_up, scenario.track
     covered = {
         "draft gears with one stiffness each way": all(map(_is_linear, consist.couplers)),
         "linear build-up": build_up.knee == 1.0 and build_up.knee_time == build_up.full_time,

@@ -66,7 +66,7 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     """
     scenario = recorded_scenario(recording)
     session = Session(scenario, requests=recording.requests())
-    encoder = TelemetryEncoder(scenario.consist, recording.channels.prefix)
+    encoder = TelemetryEncoder.of(scenario, recording.channels.prefix)
     messages, differing = 0, 0
     first: Difference | None = None
     times: dict[str, list[int]] = {channel.topic: [] for channel in recording.channels.samples}
@@ -151,7 +151,7 @@ def _difference(
     except ValueError as error:
         at = f"{recorded.time_ns / NS_PER_S:.3f} s"
         raise RecordingError(f"{recording.path}: {topic} at {at} is not of the recorded train: {error}") from error
-    of_vehicles = topic in (recording.channels.vehicles.topic, recording.channels.brake_cylinder_pressure.topic)
+    of_vehicles = recorded.channel in (recording.channels.vehicles, *recording.channels.pressures)
     names = consist.vehicle_names if of_vehicles else consist.coupler_names
     for quantity, values in before.items():
         others = after[quantity]

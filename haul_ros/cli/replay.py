@@ -66,7 +66,7 @@ def _incomplete(dropped: int | None) -> str:
 def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
     session = session_with_changes(recording, dict(map(parse_override, arguments.overrides)))
     recorded = summarize_recording(recording, recorded_scenario(recording))
-    encoder = TelemetryEncoder(session.consist)
+    encoder = TelemetryEncoder.of(session.scenario)
     with interruption() as interrupted:
         recorder = new_recorder(arguments.output, session.scenario, encoder, recording.metadata["compression"])
         with finishing(recorder) as failure, progress(session.scenario, quiet=arguments.json) as bar:

@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
     with interruption() as interrupted:
-        encoder = TelemetryEncoder(scenario.consist)
+        encoder = TelemetryEncoder.of(scenario)
         recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
         with finishing(recorder) as failure, progress(scenario, quiet=arguments.quiet) as bar:
             announce_compilation()

@@ -64,12 +64,15 @@ class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
     ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link, for slaves only.
+    Brake pipe and auxiliary reservoirs are there with a pneumatic brake only.
     """
 
     prefix: str
     couplers: Channel
     vehicles: Channel
     brake_cylinder_pressure: Channel
+    brake_pipe_pressure: Channel | None
+    auxiliary_reservoir_pressure: Channel | None
     max_compression: Channel
     max_tension: Channel
     real_time_factor: Channel
@@ -80,9 +83,15 @@ class ChannelTable:
     radio: Mapping[str, Mapping[str, Channel]]
 
     @property
-    def samples(self) -> tuple[Channel, Channel, Channel]:
+    def pressures(self) -> tuple[Channel, ...]:
+        """Pressures of every vehicle: of the cylinders, then of pipe and reservoirs if there are any."""
+        every = (self.brake_cylinder_pressure, self.brake_pipe_pressure, self.auxiliary_reservoir_pressure)
+        return tuple(channel for channel in every if channel is not None)
+
+    @property
+    def samples(self) -> tuple[Channel, ...]:
         """What each sample has a message of."""
-        return self.couplers, self.vehicles, self.brake_cylinder_pressure
+        return (self.couplers, self.vehicles, *self.pressures)
 
     @property
     def state(self) -> tuple[Channel, ...]:
@@ -90,7 +99,7 @@ class ChannelTable:
         return (*self.samples, self.max_compression, self.max_tension)
 
     def __iter__(self) -> Iterator[Channel]:
-        yield from (self.couplers, self.vehicles, self.brake_cylinder_pressure)
+        yield from self.samples
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
         yield self.events
         yield from self.applied_brake.values()
@@ -114,7 +123,7 @@ _RADIO = {
 """By the fields of a radio link."""
 
 
-def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> ChannelTable:
+def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False) -> ChannelTable:
     """The topics of a train with these commanded locomotives, private topics under ``prefix``, the node's full name.
 
     ``/clock`` is not among them: a recording has its own time in every message.
@@ -136,6 +145,10 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX) -> C
         couplers=private("couplers", JOINT_STATE, STREAM),
         vehicles=private("vehicles", JOINT_STATE, STREAM),
         brake_cylinder_pressure=private("brake_cylinder_pressure", FLOAT64_ARRAY, STREAM),
+        brake_pipe_pressure=private("brake_pipe_pressure", FLOAT64_ARRAY, STREAM) if pneumatic else None,
+        auxiliary_reservoir_pressure=(
+            private("auxiliary_reservoir_pressure", FLOAT64_ARRAY, STREAM) if pneumatic else None
+        ),
         max_compression=private("max_compression", JOINT_STATE, EVENT),
         max_tension=private("max_tension", JOINT_STATE, EVENT),
         real_time_factor=private("real_time_factor", FLOAT64, EVENT),

@@ -21,15 +21,18 @@ from haul_ros.messages.quantities import (
     VEHICLE_QUANTITIES,
     coupler_arrays,
     extreme_arrays,
+    pressure_arrays,
     pressure_codec,
     vehicle_arrays,
 )
 from haul_ros.messages.requests import RequestCodec
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.log import AppliedBrake, LogEntry, PeriodLog
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
+from haul_ros.model.scenario import Scenario
 from haul_ros.units import NS_PER_S
 
 LOGGER = "haul."
@@ -43,6 +46,7 @@ _LEVELS = {
     EventKind.SLACK: _INFO,
     EventKind.STOPPED: _INFO,
     EventKind.RADIO: _WARN,
+    EventKind.VALVE: _WARN,
 }
 
 
@@ -68,12 +72,18 @@ class DiagnosticStatus:
 class TelemetryEncoder:
     """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive."""
 
-    def __init__(self, consist: Consist, prefix: str = DEFAULT_PREFIX) -> None:
-        self.channels = channel_table([locomotive.name for locomotive in consist.locomotives], prefix)
+    def __init__(self, consist: Consist, prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False) -> None:
+        locomotives = [locomotive.name for locomotive in consist.locomotives]
+        self.channels = channel_table(locomotives, prefix, pneumatic=pneumatic)
         self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
         self._vehicles = JointStateCodec(consist.vehicle_names)
         self._pressure = pressure_codec(len(consist.vehicles))
+
+    @classmethod
+    def of(cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX) -> TelemetryEncoder:
+        """The encoder of a scenario's train, with the topics that its brake has."""
+        return cls(scenario.consist, prefix, pneumatic=isinstance(scenario.brakes, PneumaticBrake))
 
     def messages(self, log: PeriodLog) -> list[Message]:
         """All messages of a log, in its order: entries, sample, extremes.
@@ -103,8 +113,8 @@ class TelemetryEncoder:
             case Event():
                 return [self._event(entry)]
 
-    def sample(self, sample: Sample) -> tuple[Message, Message, Message]:
-        """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and cylinder pressure.
+    def sample(self, sample: Sample) -> tuple[Message, ...]:
+        """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and pressures.
 
         Raises
         ------
@@ -117,7 +127,10 @@ class TelemetryEncoder:
         return (
             Message(channels.couplers, time_ns, couplers),
             Message(channels.vehicles, time_ns, vehicles),
-            Message(channels.brake_cylinder_pressure, time_ns, self._pressure.encode(sample.cylinder_pressure)),
+            *(
+                Message(channel, time_ns, self._pressure.encode(pressure))
+                for channel, pressure in zip(channels.pressures, pressure_arrays(sample), strict=True)
+            ),
         )
 
     def decode_state(self, message: Message) -> dict[str, FloatArray]:
@@ -128,7 +141,7 @@ class TelemetryEncoder:
         ValueError
             It is not of this train.
         """
-        if message.channel == self.channels.brake_cylinder_pressure:
+        if message.channel in self.channels.pressures:
             return {PRESSURE_QUANTITY: self._pressure.decode(message.data)}
         if message.channel == self.channels.vehicles:
             return dict(zip(VEHICLE_QUANTITIES, self._vehicles.decode(message.data), strict=True))

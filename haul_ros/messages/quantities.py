@@ -59,8 +59,14 @@ def vehicle_arrays(sample: Sample) -> VehicleArrays:
     return VehicleArrays(chainage=sample.chainage, speed=sample.speed, brake_force=sample.brake_force)
 
 
+def pressure_arrays(sample: Sample) -> tuple[FloatArray, ...]:
+    """Pressures of a sample [Pa]: of the cylinders, then of pipe and reservoirs if there are any."""
+    every = (sample.cylinder_pressure, sample.pipe_pressure, sample.auxiliary_pressure)
+    return tuple(pressure for pressure in every if pressure is not None)
+
+
 def pressure_codec(vehicles: int) -> ArrayCodec:
-    """Codec of ``~/brake_cylinder_pressure`` of so many vehicles [Pa]."""
+    """Codec of ``~/brake_cylinder_pressure``, and of the other pressures, of so many vehicles [Pa]."""
     return ArrayCodec("vehicle", vehicles)
 
 

@@ -15,6 +15,7 @@ class EventKind(enum.Enum):
     SLACK = "slack"
     STOPPED = "stopped"
     RADIO = "radio"
+    VALVE = "valve"
 
 
 @dataclass(frozen=True, slots=True)

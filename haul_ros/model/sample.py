@@ -17,7 +17,8 @@ class Sample:
     ``time_ns`` is the simulation time in whole nanoseconds, from the step counter.
     Couplers (n_couplers,): stroke [m], stroke rate [m/s], force [N]. A rigid drawbar has stroke 0.
     Vehicles (n_vehicles,): chainage of the centre [m], speed [m/s], brake force [N] (against
-    forward motion positive), brake cylinder pressure [Pa].
+    forward motion positive), brake cylinder pressure [Pa]. With a pneumatic brake also the gauge pressures of brake
+    pipe and auxiliary reservoir [Pa], else None.
     """
 
     step: int
@@ -29,6 +30,8 @@ class Sample:
     speed: FloatArray
     brake_force: FloatArray
     cylinder_pressure: FloatArray
+    pipe_pressure: FloatArray | None = None
+    auxiliary_pressure: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.radio import RadioLink
@@ -25,7 +26,7 @@ class Scenario:
     name: str
     description: str
     consist: Consist
-    brakes: BrakeSystem
+    brakes: BrakeSystem | PneumaticBrake
     track: Track
     radio: Mapping[str, RadioLink]
     radio_seed: int

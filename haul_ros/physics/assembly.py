@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.draft_gear import DraftGear
 from haul_ros.model.track import Track
 from haul_ros.model.vehicle import VehicleType
+from haul_ros.physics.air_assembly import assemble_air, no_air
 from haul_ros.physics.hinges import side_hinges
 from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel.blocks import Blocks, named, row_count
@@ -37,6 +39,9 @@ _PARAMETERS = (
     "hinges",
     "grades",
     "curves",
+    "air",
+    "air_parameters",
+    "driver_valve_parameters",
 )
 """Blocks that are parameters."""
 
@@ -46,7 +51,7 @@ Floats = NDArray[np.float64]
 def assemble(
     consist: Consist,
     lumped: LumpedTrain,
-    brakes: BrakeSystem,
+    brakes: BrakeSystem | PneumaticBrake,
     track: Track,
     *,
     initial_speed: Floats,
@@ -59,6 +64,7 @@ def assemble(
     step counts as converged.
     """
     n_vehicles, n_masses, n_gears = len(consist.vehicles), len(lumped.mass), len(lumped.gears)
+    of_air = assemble_air(consist, brakes, time_step) if isinstance(brakes, PneumaticBrake) else no_air()
     blocks = Blocks(
         settings=_settings(lumped, brakes, track, time_step, tolerance),
         counters=np.zeros(1, data.COUNTERS).view(np.recarray),
@@ -75,6 +81,7 @@ def assemble(
         grades=_line_steps(track.grades, 1.0),
         curves=_line_steps(track.curves, CURVE_RESISTANCE),
         line_index=np.full((len(data.LineIndex._fields), n_vehicles), -1, dtype=np.int64),
+        **of_air._asdict(),
     )
     train = named(blocks)
     train.masses.velocity[:] = initial_speed
@@ -107,18 +114,21 @@ def _rate(fraction: float, time: float) -> float:
 
 
 def _settings(
-    lumped: LumpedTrain, brakes: BrakeSystem, track: Track, time_step: float, tolerance: float
+    lumped: LumpedTrain, brakes: BrakeSystem | PneumaticBrake, track: Track, time_step: float, tolerance: float
 ) -> data.Records:
     settings = np.zeros(1, data.SETTINGS).view(np.recarray)
-    build_up = brakes.build_up
     settings.time_step = time_step
     settings.tolerance = tolerance
-    settings.knee = build_up.knee
-    settings.rate_to_knee = _rate(build_up.knee, build_up.knee_time)
-    settings.rate_from_knee = _rate(1.0 - build_up.knee, build_up.full_time - build_up.knee_time)
-    settings.rate_service = _rate(brakes.full_service, build_up.service_time)
-    settings.rate_release = _rate(1.0, build_up.release_time)
-    settings.friction_follows_pressure = build_up.friction_follows_pressure
+    if isinstance(brakes, BrakeSystem):
+        build_up = brakes.build_up
+        settings.knee = build_up.knee
+        settings.rate_to_knee = _rate(build_up.knee, build_up.knee_time)
+        settings.rate_from_knee = _rate(1.0 - build_up.knee, build_up.full_time - build_up.knee_time)
+        settings.rate_service = _rate(brakes.full_service, build_up.service_time)
+        settings.rate_release = _rate(1.0, build_up.release_time)
+        settings.friction_follows_pressure = build_up.friction_follows_pressure
+    else:
+        settings.friction_follows_pressure = True
     settings.start_chainage = track.start_chainage
     settings.has_line = bool(track.grades or track.curves)
     settings.has_stops = any(np.isfinite(gear.maximum_stroke) for gear in lumped.gears)

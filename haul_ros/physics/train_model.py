@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haul_ros.model.air_brake import ATMOSPHERE, PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes, Sample
@@ -17,12 +18,20 @@ from haul_ros.physics.assembly import assemble, protected, with_room_for_waves
 from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
+from haul_ros.physics.kernel.air_data import RELEASED
+from haul_ros.physics.kernel.air_driver_valve import told_by_pipe
 from haul_ros.physics.kernel.blocks import Blocks, Train, named
 from haul_ros.physics.lumping import lump
 from haul_ros.units import seconds_to_ns
 
 NEWTON_TOLERANCE = 1e-3
 """Force residual [N] at which a step counts as converged."""
+
+SETTLED_RATE = 100.0
+"""Change of cylinder pressure [Pa/s] below which a pneumatic brake has settled, with SETTLED_FLOW."""
+
+SETTLED_FLOW = 5e-3
+"""Flow in the brake pipe [kg/s] below which no wave is under way in it; that of leaks and charging is less."""
 
 Floats = NDArray[np.float64]
 
@@ -64,13 +73,29 @@ class StepStatistics:
         return self.newton_iterations / max(self.steps, 1)
 
 
-def _brake_speeds(brakes: BrakeSystem) -> dict[WaveKind, float]:
+def _brake_speeds(brakes: BrakeSystem | PneumaticBrake) -> dict[WaveKind, float]:
+    if isinstance(brakes, PneumaticBrake):  # waves come of its air
+        return {}
     return {
         WaveKind.SERVICE: brakes.wave_speeds.service,
         WaveKind.RELEASE: brakes.wave_speeds.release,
         WaveKind.EMERGENCY: brakes.wave_speeds.emergency,
         WaveKind.EMERGENCY_RELEASE: brakes.wave_speeds.release,
     }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ValveState:
+    """Control valves of every vehicle (v,), and what the brake valves of the locomotives ask of them.
+
+    ``applied``: not released; ``emergency``: it has tripped. ``release_commanded``: some brake valve charges the pipe;
+    ``emergency_commanded``: some brake valve vents it by hand.
+    """
+
+    applied: NDArray[np.bool_]
+    emergency: NDArray[np.bool_]
+    release_commanded: bool
+    emergency_commanded: bool
 
 
 class TrainModel:
@@ -89,7 +114,7 @@ class TrainModel:
     def __init__(
         self,
         consist: Consist,
-        brakes: BrakeSystem,
+        brakes: BrakeSystem | PneumaticBrake,
         track: Track | None = None,
         *,
         initial_speed: ArrayLike,
@@ -97,6 +122,8 @@ class TrainModel:
     ) -> None:
         self.consist = consist
         self._wave_speeds = _brake_speeds(brakes)
+        self._pneumatic = brakes if isinstance(brakes, PneumaticBrake) else None
+        self._driver_valve = {locomotive.vehicle: k for k, locomotive in enumerate(consist.locomotives)}
         self._time_step = time_step
         self._start_chainage = (track or Track()).start_chainage
         self._cylinder_pressure = np.array([v.cylinder_pressure for v in consist.vehicles])
@@ -214,7 +241,51 @@ class TrainModel:
 
     def stopped_by_pipe(self, vehicle: int) -> bool:
         """Whether the brake pipe alone keeps a locomotive from pulling: its link is down, and a brake is applied."""
-        return bool(self._train.vehicles.link_down[vehicle] != 0.0) and self.brake_target(vehicle) > 0.0
+        if self._train.vehicles.link_down[vehicle] == 0.0:
+            return False
+        if self._pneumatic is None:
+            return self.brake_target(vehicle) > 0.0
+        air, valves, k = self._train.air[0], self._train.driver_valves, self._driver_valve[vehicle]
+        return bool(told_by_pipe(air, valves, k, self._train.air_state.pipe[vehicle]))
+
+    # -- pneumatic brake ---------------------------------------------------------------------------
+
+    @property
+    def pneumatic(self) -> PneumaticBrake | None:
+        """The pneumatic brake of the train; None if it has the empirical one."""
+        return self._pneumatic
+
+    def set_brake_valve(self, vehicle: int, demand: float) -> None:
+        """Put the brake valve of a locomotive to a demand, 0 released to 1 full service, by hand.
+
+        It opens its feed again, whatever had closed it, if that demand is release.
+        """
+        assert self._pneumatic is not None
+        self._turn_valve(vehicle, self._pneumatic.pressure_for(demand), emergency=False)
+
+    def set_emergency_valve(self, vehicle: int) -> None:
+        """Put the brake valve of a locomotive to emergency: the pipe is vented until it is put elsewhere."""
+        self._turn_valve(vehicle, 0.0, emergency=True)
+
+    def _turn_valve(self, vehicle: int, pressure: float, *, emergency: bool) -> None:
+        k, valves = self._driver_valve[vehicle], self._train.driver_valves
+        valves.target[k] = pressure + ATMOSPHERE
+        valves.emergency[k] = float(emergency)
+        valves.tripped[k] = valves.feed_cut[k] = valves.charged[k] = 0.0
+
+    def set_cock(self, coupler: int, *, is_open: bool) -> None:
+        """Open or close the brake pipe between two vehicles."""
+        self._train.air_state.cock[coupler] = float(is_open)
+
+    def set_hole(self, vehicle: int, area: float) -> None:
+        """Let the brake pipe of a vehicle have an opening to the atmosphere of an effective area [m^2]; 0: none."""
+        self._train.air_state.hole[vehicle] = area
+
+    def part_hose(self, coupler: int) -> None:
+        """Part the hose between two vehicles: both ends of the brake pipe are open."""
+        self.set_cock(coupler, is_open=False)
+        for vehicle in (coupler, coupler + 1):
+            self.set_hole(vehicle, float(self._train.air[0].pipe_area))
 
     # -- observing ---------------------------------------------------------------------------------
 
@@ -226,10 +297,22 @@ class TrainModel:
     @property
     def brakes_settled(self) -> bool:
         """No brake wave is under way and no brake cylinder filling or emptying."""
+        if self._pneumatic is not None:
+            return self._air_settled()
         return self._train.counters[0].waves == 0 and not self._train.brakes.filling.any()
 
+    def _air_settled(self) -> bool:
+        state, valves = self._train.air_state, self._train.driver_valves
+        set_out = (valves.equalising != valves.target) & (valves.emergency == 0.0)
+        rate = np.abs(state.cylinder - state.cylinder_before) / self._train.air[0].step
+        return not set_out.any() and bool(rate.max() < SETTLED_RATE) and bool(np.abs(state.flow).max() < SETTLED_FLOW)
+
     def in_emergency(self, vehicle: int) -> bool:
-        """An emergency wave has reached a vehicle, and none that ends it."""
+        """An emergency has reached a vehicle, and nothing that ends it."""
+        if self._pneumatic is not None:
+            valves, k = self._train.driver_valves, self._driver_valve.get(vehicle)
+            felt = k is not None and bool(valves.tripped[k] or valves.emergency[k])
+            return felt or bool(self._train.air_state.emergency[vehicle])
         return bool(self._train.brakes.latched[vehicle])
 
     @property
@@ -266,6 +349,19 @@ class TrainModel:
         """`brake_target` of every vehicle (n_vehicles,); a copy."""
         return self._train.brakes.target.copy()
 
+    def valves(self) -> ValveState | None:
+        """What the control valves do; None without a pneumatic brake."""
+        if self._pneumatic is None:
+            return None
+        state, driver = self._train.air_state, self._train.driver_valves
+        charging = (driver.target >= self._train.air[0].charge_pressure) & (driver.feed_cut == 0.0)
+        return ValveState(
+            applied=state.position != RELEASED,
+            emergency=state.emergency != 0.0,
+            release_commanded=bool((charging & (driver.tripped == 0.0)).any()),
+            emergency_commanded=bool(driver.emergency.any()),
+        )
+
     @property
     def bottomed_times(self) -> Floats:
         """When each gear first closed fully (n_couplers,) [s], NaN: never; a copy."""
@@ -300,7 +396,12 @@ class TrainModel:
             speed=self.speed,
             brake_force=train.vehicles.brake_force.copy(),
             cylinder_pressure=train.brakes.fraction * self._cylinder_pressure,
+            pipe_pressure=self._gauge(train.air_state.pipe),
+            auxiliary_pressure=self._gauge(train.air_state.auxiliary),
         )
+
+    def _gauge(self, pressure: Floats) -> Floats | None:
+        return pressure - ATMOSPHERE if self._pneumatic is not None else None
 
     def extremes(self) -> CouplerExtremes:
         """Largest coupler forces and strokes since the start."""

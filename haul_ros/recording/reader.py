@@ -18,7 +18,7 @@ from mcap.summary import Summary
 
 from haul_ros.errors import RecordingError
 from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, typestore
-from haul_ros.messages.channels import BOOL, FLOAT64, LOG, Channel, ChannelTable, channel_table
+from haul_ros.messages.channels import BOOL, FLOAT64, LOG, Channel, ChannelTable
 from haul_ros.messages.encoder import LOGGER, Message
 from haul_ros.messages.quantities import CouplerArrays, ExtremeArrays, VehicleArrays, extremes_of, pressure_codec
 from haul_ros.messages.requests import RequestCodec
@@ -30,7 +30,7 @@ from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.integrity import attachment, check_chunks, check_summary, descriptions
 from haul_ros.recording.opening import open_finished, reading
-from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
+from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, described_channels
 from haul_ros.recording.series import (
     CouplerSeries,
     PressureSeries,
@@ -71,8 +71,7 @@ class Recording:
                 check_chunks(self._stream.fileno(), self._size, self._summary.chunk_indexes)
                 self.metadata = self._read_metadata()
                 """Description of the run by the recorder, as text."""
-                locomotives: list[str] = json.loads(self.metadata["locomotives"])
-                self.channels: ChannelTable = channel_table(locomotives, self.metadata["topic_prefix"])
+                self.channels: ChannelTable = described_channels(self.metadata)
                 """The topics of such a train; a recording by an older version may lack some."""
                 self._topics = TopicIndex(self.path, self._summary, self._statistics, self.channels)
                 self._columns = ColumnReader(self._stream.fileno(), self._summary.chunk_indexes, self._topics)
@@ -141,12 +140,25 @@ class Recording:
 
     def pressure(self) -> PressureSeries:
         """Brake cylinder pressure of every vehicle; names are those of the vehicles' topic."""
+        return self._pressure_series(self.channels.brake_cylinder_pressure)
+
+    def pipe_pressure(self) -> PressureSeries | None:
+        """Brake pipe pressure at every vehicle; None without a pneumatic brake."""
+        channel = self.channels.brake_pipe_pressure
+        return None if channel is None else self._pressure_series(channel)
+
+    def auxiliary_pressure(self) -> PressureSeries | None:
+        """Pressure of every vehicle's auxiliary reservoir; None without a pneumatic brake."""
+        channel = self.channels.auxiliary_reservoir_pressure
+        return None if channel is None else self._pressure_series(channel)
+
+    def _pressure_series(self, channel: Channel) -> PressureSeries:
         with self._border():
             names = self._joint_codec(self.channels.vehicles).names
-            return _pressure(self._filled(self._pressure_columns(names)))
+            return _pressure(self._filled(_pressure_columns(channel, names)))
 
     def samples(self) -> Samples:
-        """Couplers, vehicles and pressure in one go, faster than one by one."""
+        """Couplers, vehicles and brake cylinder pressure in one go, faster than one by one."""
         with self._border():
             columns = self._sample_columns()
             self._columns.read(columns)
@@ -232,7 +244,7 @@ class Recording:
             )
 
     def state_messages(self) -> Iterator[Message]:
-        """Couplers, vehicles, brake cylinder pressure and extremes as recorded, byte for byte, in order of time."""
+        """Couplers, vehicles, pressures and extremes as recorded, byte for byte, in order of time."""
         by_topic = {channel.topic: channel for channel in self.channels.state}
         with self._border():
             for _, channel, message in self._reader.iter_messages(topics=list(by_topic)):
@@ -292,12 +304,9 @@ class Recording:
         codec = self._joint_codec(channel)
         return Columns(channel.topic, codec, codec.names)
 
-    def _pressure_columns(self, vehicles: tuple[str, ...]) -> Columns:
-        return Columns(self.channels.brake_cylinder_pressure.topic, pressure_codec(len(vehicles)), vehicles)
-
     def _sample_columns(self) -> tuple[Columns, Columns, Columns]:
         couplers, vehicles = map(self._joint_columns, (self.channels.couplers, self.channels.vehicles))
-        return couplers, vehicles, self._pressure_columns(vehicles.names)
+        return couplers, vehicles, _pressure_columns(self.channels.brake_cylinder_pressure, vehicles.names)
 
     def _filled(self, columns: Columns) -> Columns:
         self._columns.read([columns])
@@ -316,6 +325,10 @@ def _couplers(columns: Columns) -> CouplerSeries:
 
 def _vehicles(columns: Columns) -> VehicleSeries:
     return VehicleSeries(columns.time_ns, columns.names, **VehicleArrays(*columns.arrays)._asdict())
+
+
+def _pressure_columns(channel: Channel, vehicles: tuple[str, ...]) -> Columns:
+    return Columns(channel.topic, pressure_codec(len(vehicles)), vehicles)
 
 
 def _pressure(columns: Columns) -> PressureSeries:

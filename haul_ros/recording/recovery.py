@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import struct
 from collections import Counter
@@ -21,11 +20,10 @@ from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.errors import RecordingError
 from haul_ros.files import open_file
-from haul_ros.messages.channels import channel_table
 from haul_ros.messages.encoder import Message
 from haul_ros.recording.integrity import check_chunk, checked_description
 from haul_ros.recording.opening import another_kind
-from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile
+from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile, described_channels
 
 RECOVERING_SUFFIX = ".recovering"
 """Added to the name of a file that is being recovered; ``.active`` may be the name of what it is recovered from."""
@@ -138,7 +136,7 @@ def recover(source: Path, target: Path) -> Recovery:
 def _recover(source: _Source, target: Path) -> Recovery:
     description, document = source.read_beginning()
     try:
-        table = channel_table(json.loads(description["locomotives"]), description["topic_prefix"])
+        table = described_channels(description)
         file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
     except (KeyError, TypeError, ValueError) as err:
         raise RecordingError(f"{source.path}: its description of the run is damaged: {err}") from err

@@ -15,8 +15,9 @@ from mcap.writer import CompressionType, Writer
 
 from haul_ros.errors import RecordingError
 from haul_ros.messages.cdr import typestore
-from haul_ros.messages.channels import Channel, ChannelTable
+from haul_ros.messages.channels import Channel, ChannelTable, channel_table
 from haul_ros.messages.encoder import Message
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
 from haul_ros.recording.integrity import CHECKSUM, checksum_of
@@ -48,11 +49,18 @@ def description_of(scenario: Scenario, channels: ChannelTable, compression: str)
         "time_step": repr(scenario.time_step),
         "couplers": str(len(scenario.consist.coupler_names)),
         "vehicles": str(len(scenario.consist.vehicles)),
+        "brake": "pneumatic" if isinstance(scenario.brakes, PneumaticBrake) else "empirical",
         "locomotives": json.dumps([locomotive.name for locomotive in scenario.consist.locomotives]),
         "topic_prefix": channels.prefix,
         "sign_convention": "compression positive",
         "compression": compression,
     }
+
+
+def described_channels(description: Mapping[str, str]) -> ChannelTable:
+    """The topics of the train of such a description; an older version may not have recorded all of them."""
+    pneumatic = description.get("brake") == "pneumatic"
+    return channel_table(json.loads(description["locomotives"]), description["topic_prefix"], pneumatic=pneumatic)
 
 
 class RunFile:

@@ -40,7 +40,7 @@ class VehicleSeries:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PressureSeries:
-    """Brake cylinder pressure [Pa] (n, k) of the k vehicles ``names`` at ``time_ns`` (n,)."""
+    """A pressure of the brake [Pa] (n, k) of the k vehicles ``names`` at ``time_ns`` (n,)."""
 
     time_ns: TimeArray
     names: tuple[str, ...]

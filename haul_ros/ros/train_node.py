@@ -103,7 +103,7 @@ class TrainNode(Node):
         self._log: RcutilsLogger = cast(Any, self).get_logger()
         self._settings = NodeSettings(self)
         scenario = self._settings.scenario
-        self._encoder = TelemetryEncoder(scenario.consist, self.get_fully_qualified_name())
+        self._encoder = TelemetryEncoder.of(scenario, self.get_fully_qualified_name())
         self._outlet = self._create_publishers()
         self._warned: dict[str, float] = {}
         self._last_reset = -inf

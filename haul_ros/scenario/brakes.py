@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem, BuildUp, WaveSpeeds
+from haul_ros.model.consist import Consist
+from haul_ros.scenario.air_brakes import is_pneumatic, pneumatic_brake
 from haul_ros.scenario.document import Document, KeyPath
 
 
@@ -23,8 +26,21 @@ def _build_up(document: Document, path: KeyPath) -> BuildUp:
     )
 
 
+def brakes(document: Document, name: str, train: Consist) -> BrakeSystem | PneumaticBrake:
+    """The brakes of that name in a complete scenario, empirical or pneumatic.
+
+    Raises
+    ------
+    ScenarioError
+        See `brake_system` and `pneumatic_brake`.
+    """
+    if is_pneumatic(document.at(("brake_systems", name))):
+        return pneumatic_brake(document, name, train)
+    return brake_system(document, name)
+
+
 def brake_system(document: Document, name: str) -> BrakeSystem:
-    """The brake system of that name in a complete scenario.
+    """The empirical brake system of that name in a complete scenario.
 
     Raises
     ------

@@ -16,6 +16,7 @@ SECTION_FILES = {
     "vehicles": "vehicles.yaml",
     "couplers": "couplers.yaml",
     "brake_systems": "brakes.yaml",
+    "control_valves": "control_valves.yaml",
     "brake_shoes": "brake_shoes.yaml",
     "resistances": "resistances.yaml",
 }
@@ -40,6 +41,10 @@ def _references(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """Paths of all names that refer to an entry, and the section meant."""
     yield ("coupler",), "couplers"
     yield ("brakes",), "brake_systems"
+    for name in list(data.get("brake_systems", {})):
+        for key in ("wagon_valve", "locomotive_valve"):
+            if key in data["brake_systems"][name]:
+                yield ("brake_systems", name, key), "control_valves"
     for index, entry in enumerate(data["consist"]):
         yield ("consist", index, "vehicle"), "vehicles"
         if "coupler" in entry:
@@ -48,6 +53,8 @@ def _references(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     for name in list(data.get("vehicles", {})):
         yield ("vehicles", name, "brake_shoe"), "brake_shoes"
         yield ("vehicles", name, "resistance"), "resistances"
+        if "control_valve" in data["vehicles"][name]:
+            yield ("vehicles", name, "control_valve"), "control_valves"
 
 
 def used_entries(data: dict[str, Any]) -> set[tuple[str, str]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from haul_ros.errors import ScenarioError
 from haul_ros.model.scenario import Scenario
 from haul_ros.resources import shipped_scenarios
-from haul_ros.scenario.brakes import brake_system
+from haul_ros.scenario.brakes import brakes
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
@@ -66,7 +66,7 @@ def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Sc
         name=name,
         description=data["description"],
         consist=train,
-        brakes=brake_system(document, data["brakes"]),
+        brakes=brakes(document, data["brakes"], train),
         track=track(document),
         radio=radio_links(document, train),
         radio_seed=int(data["radio"]["seed"]),

@@ -10,6 +10,7 @@ import numpy as np
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import FloatArray, Sample
+from haul_ros.physics.train_model import ValveState
 from haul_ros.units import NS_PER_S, seconds_to_ns
 
 SLACK_SPEED = 0.1
@@ -22,13 +23,14 @@ class TrainState:
 
     ``brake_targets`` (n_vehicles,): what each brake is to reach by the last wave, fractions of emergency
     pressure. ``bottomed_times`` (n_couplers,): when each draft gear first closed fully [s], NaN: never.
-    ``stop_time``: when the last vehicle came to rest [s], None while the train moves.
+    ``stop_time``: when the last vehicle came to rest [s], None while the train moves. ``valves``: of a pneumatic brake.
     """
 
     sample: Sample
     brake_targets: FloatArray
     bottomed_times: FloatArray
     stop_time: float | None
+    valves: ValveState | None = None
 
 
 class EventDetector:
@@ -53,6 +55,7 @@ class EventDetector:
         before, self._before = self._before, now
         return [
             *self._waves(before, now),
+            *self._valves(before.valves, now),
             *self._newly_bottomed(before, now),
             *self._closed_slack(before.sample, now.sample),
             *self._stops(before, now),
@@ -65,6 +68,27 @@ class EventDetector:
             for i, name in self._watched.items()
             if old[i] != new[i]
         ]
+
+    def _valves(self, before: ValveState | None, now: TrainState) -> list[Event]:
+        """Control valves of a pneumatic brake: what they do at locomotives and the tail, anywhere what nobody asked."""
+        valves, time_ns = now.valves, now.sample.time_ns
+        if before is None or valves is None:
+            return []
+        found = [
+            Event(
+                time_ns, EventKind.WAVE, f"{name}: control valve: {'application' if valves.applied[i] else 'release'}"
+            )
+            for i, name in self._watched.items()
+            if before.applied[i] != valves.applied[i]
+        ]
+        tripped, released = valves.emergency & ~before.emergency, before.applied & ~valves.applied
+        if tripped.any() and not (valves.emergency_commanded or before.emergency_commanded):
+            at = _named(np.flatnonzero(tripped), self._vehicle_names)
+            found.append(Event(time_ns, EventKind.VALVE, f"{at}: undesired emergency: no locomotive has asked for it"))
+        if released.any() and not (valves.release_commanded or before.release_commanded):
+            at = _named(np.flatnonzero(released), self._vehicle_names)
+            found.append(Event(time_ns, EventKind.VALVE, f"{at}: unintended release: no locomotive has asked for it"))
+        return found
 
     def _newly_bottomed(self, before: TrainState, now: TrainState) -> list[Event]:
         times = now.bottomed_times

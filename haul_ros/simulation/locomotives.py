@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.log import AppliedBrake, LogEntry
-from haul_ros.physics.train_model import TrainModel, WaveKind
+from haul_ros.physics.train_model import TrainModel
+from haul_ros.simulation.brake_valves import BrakeValves, DriverBrake
 from haul_ros.units import seconds_to_ns
 
 
-@dataclass(slots=True)
-class _DriverBrake:
-    """What a locomotive's brake valve is set to."""
-
-    vehicle: int
-    demand: float = 0.0
-    emergency: bool = False
-
-
 class Locomotives:
-    """Brake valves and tractive efforts; applied brakes and emergencies are handed to ``log`` as they change.
+    """Brake valves and tractive efforts; applied brakes and emergencies are handed to ``log`` as they change."""
 
-    ``full_service`` is the cylinder pressure of a full service application as a fraction of emergency pressure.
-    """
-
-    def __init__(self, model: TrainModel, full_service: float, log: list[LogEntry]) -> None:
+    def __init__(self, model: TrainModel, valves: BrakeValves, log: list[LogEntry]) -> None:
         self._model = model
-        self._full_service = full_service
+        self._valves = valves
         self._log = log
-        self._brakes = {loco.name: _DriverBrake(loco.vehicle) for loco in model.consist.locomotives}
+        self._brakes = {loco.name: DriverBrake(loco.vehicle) for loco in model.consist.locomotives}
         for name in self._brakes:
             log.append(AppliedBrake(0, name, 0.0))
 
@@ -83,41 +70,32 @@ class Locomotives:
         else:
             self._end_emergency(time, command.locomotive, brake)
 
-    def _set_demand(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
+    def _set_demand(self, time: float, name: str, brake: DriverBrake, demand: float) -> None:
         if brake.emergency:
             return
-        level = demand * self._full_service
-        # Given again, a demand acts on what the brake pipe has become at this locomotive meanwhile.
-        before = brake.demand if demand != brake.demand else None
-        held = self._model.brake_target(brake.vehicle)
-        if (demand > before) if before is not None else (level > held):
-            self._model.start_wave(time, brake.vehicle, WaveKind.SERVICE, level)
-        elif before is not None or level < held:
-            self._model.start_wave(time, brake.vehicle, WaveKind.RELEASE, level)
+        self._valves.set_demand(time, brake, demand)
         if demand > 0.0:
             self._model.set_traction(brake.vehicle, 0.0)
         self._apply(time, name, brake, demand)
 
-    def _start_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
+    def _start_emergency(self, time: float, name: str, brake: DriverBrake) -> None:
         if brake.emergency:
             return
         brake.emergency = True
         self._model.set_traction(brake.vehicle, 0.0)
-        self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
+        self._valves.start_emergency(time, brake)
         self._apply(time, name, brake, 1.0)
         self._log.append(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency latched"))
 
-    def _end_emergency(self, time: float, name: str, brake: _DriverBrake) -> None:
+    def _end_emergency(self, time: float, name: str, brake: DriverBrake) -> None:
         if not brake.emergency or not self._model.at_standstill:
             return
         brake.emergency = False
         self._apply(time, name, brake, 0.0)
         self._log.append(Event(seconds_to_ns(time), EventKind.EMERGENCY, f"{name}: emergency ended"))
-        # A brake pipe that is vented anywhere cannot be charged.
-        if not any(other.emergency for other in self._brakes.values()):
-            self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
+        self._valves.end_emergency(time, brake, any(other.emergency for other in self._brakes.values()))
 
-    def _apply(self, time: float, name: str, brake: _DriverBrake, demand: float) -> None:
+    def _apply(self, time: float, name: str, brake: DriverBrake, demand: float) -> None:
         if demand != brake.demand:
             brake.demand = demand
             self._log.append(AppliedBrake(seconds_to_ns(time), name, demand))

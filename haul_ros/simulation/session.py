@@ -21,6 +21,7 @@ from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import StepStatistics, TrainModel
+from haul_ros.simulation.brake_valves import brake_valves
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.radio import LinkStatus, Radio
@@ -88,7 +89,7 @@ class Session:
         self._entries: list[LogEntry] = [
             TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
         ]
-        self._locomotives = Locomotives(self._model, scenario.brakes.full_service, self._entries)
+        self._locomotives = Locomotives(self._model, brake_valves(self._model, scenario), self._entries)
         self._events = EventDetector(scenario.consist, self._state(self.sample()))
         self._logged_step = -1
         self._extremes_due_ns = 0
@@ -195,7 +196,9 @@ class Session:
         return self.extremes()
 
     def _state(self, sample: Sample) -> TrainState:
-        return TrainState(sample, self._model.brake_targets, self._model.bottomed_times, self.stop_time)
+        return TrainState(
+            sample, self._model.brake_targets, self._model.bottomed_times, self.stop_time, self._model.valves()
+        )
 
     def _log_radio(self, text: str) -> None:
         self._entries.append(Event(self.time_ns, EventKind.RADIO, text))
@@ -255,8 +258,8 @@ class Session:
 
     def _schedule(self, time: float, command: Command) -> None:
         steps = time / self.scenario.time_step
-        # A wave starts within the step that holds its time; tractive effort changes between steps.
-        late = command.kind is CommandKind.TRACTION
+        # A wave starts within the step that holds its time; tractive effort and air change between steps.
+        late = command.kind is CommandKind.TRACTION or self._model.pneumatic is not None
         step = math.ceil(steps - _ROUNDING) if late else math.floor(steps + _ROUNDING)
         heapq.heappush(self._arrivals, _Arrival(max(step, self.step), time, next(self._order), command))
 

@@ -31,7 +31,10 @@ def test_the_energy_of_an_emergency_stop_balances_and_newton_converges_at_every_
         time_step=scenario.time_step,
     )
     for locomotive in scenario.consist.locomotives:
-        train.start_wave(0.0, locomotive.vehicle, WaveKind.EMERGENCY)
+        if train.pneumatic is not None:
+            train.set_emergency_valve(locomotive.vehicle)
+        else:
+            train.start_wave(0.0, locomotive.vehicle, WaveKind.EMERGENCY)
     while not train.at_standstill:
         train.advance(1000)
     balance = energy_balance(train)

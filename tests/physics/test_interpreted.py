@@ -41,7 +41,7 @@ def _train() -> TrainModel:
 
 def _digest(train: TrainModel) -> str:
     sample, extremes = train.sample(), train.extremes()
-    arrays = [getattr(sample, name) for name in sample.__slots__[2:]]
+    arrays = [array for name in sample.__slots__[2:] if (array := getattr(sample, name)) is not None]
     arrays += [getattr(extremes, name) for name in extremes.__slots__]
     return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()
 

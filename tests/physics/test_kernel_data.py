@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from haul_ros.physics.kernel import air_data, data
 from haul_ros.physics.kernel import blocks as memory
-from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel.advance import advance
 from haul_ros.physics.kernel.blocks import LAYOUT, Train
 from tests.physics.physics_cases import linear_gear, model, train_of, vehicle
@@ -21,7 +21,8 @@ from tests.physics.physics_cases import linear_gear, model, train_of, vehicle
 def _fields_with_docstrings() -> dict[str, str]:
     """Text below each field of the named tuples, by ``Class.field``; an empty one where there is none."""
     found = {}
-    for node in ast.parse(Path(data.__file__).read_text("utf-8")).body:
+    sources = [Path(str(module.__file__)).read_text("utf-8") for module in (data, air_data)]
+    for node in [node for source in sources for node in ast.parse(source).body]:
         if isinstance(node, ast.ClassDef):
             for line, below in zip(node.body, [*node.body[1:], None], strict=True):
                 if isinstance(line, ast.AnnAssign):
@@ -44,9 +45,14 @@ def test_every_quantity_tells_its_unit() -> None:
 
 def test_every_kind_of_data_has_its_rows_once() -> None:
     kinds = [kind for block in LAYOUT.values() for kind in block]
-    named = [kind for kind in vars(data).values() if isinstance(kind, type) and hasattr(kind, "_fields")]
+    named = [
+        kind
+        for module in (data, air_data)
+        for kind in vars(module).values()
+        if isinstance(kind, type) and hasattr(kind, "_fields")
+    ]
     assert {kind.__name__ for kind in kinds} == {kind.__name__ for kind in named}
-    assert len(kinds) == len(Train._fields) - 4  # settings, counters, waves and mass_index are not rows
+    assert len(kinds) == len(Train._fields) - 6  # settings, counters, waves, air, its account, mass_index: no rows
 
 
 @pytest.mark.interpreted
@@ -54,8 +60,8 @@ def test_python_and_the_kernel_name_the_same_rows() -> None:
     train = model(train_of([vehicle()] * 4, linear_gear()), 10.0)
     blocks = train._blocks
     of_block = [block for block, kinds in LAYOUT.items() for _ in kinds]
-    groups: tuple[Any, ...] = train.train[4:]
-    for name, block, group in zip(Train._fields[4:], of_block, groups, strict=True):
+    groups: tuple[Any, ...] = train.train[6:]
+    for name, block, group in zip(Train._fields[6:], of_block, groups, strict=True):
         rows_of = getattr(memory, f"{name}_of")
         rows = getattr(rows_of, "py_func", rows_of)(getattr(blocks, block))
         assert type(rows) is type(group)
@@ -73,7 +79,7 @@ def test_parameters_cannot_be_written_after_assembly(name: str) -> None:
 
 def test_the_rows_of_a_train_do_not_overlap() -> None:
     train = model(train_of([vehicle()] * 4, linear_gear()), 10.0).train
-    arrays = [row for group in train[4:] for row in group if row.size]
+    arrays = [row for group in train[6:] for row in group if row.size]
     spans = sorted((row.__array_interface__["data"][0], row.nbytes) for row in arrays)
     assert all(start + size <= after for (start, size), (after, _) in pairwise(spans))
 

@@ -20,6 +20,7 @@ from haul_ros.recording.reader import Recording
 from haul_ros.ros.run import CLOCK_CHANNEL
 from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.units import seconds_to_ns
+from tests.empirical import wave_brakes
 from tests.ros.live_node import LOCOMOTIVES, TABLE, Couplers
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def test_an_emergency_acts_on_the_master_at_once_on_slaves_after_their_delay_and
     offsets = np.array(scenario.consist.centre_offsets)
     waves = [
         braked_ns[locomotive.name]
-        + np.abs(offsets - offsets[locomotive.vehicle]) / scenario.brakes.wave_speeds.emergency * SECOND
+        + np.abs(offsets - offsets[locomotive.vehicle]) / wave_brakes(scenario).wave_speeds.emergency * SECOND
         for locomotive in scenario.consist.locomotives
     ]
     arrival_ns = np.min(waves, axis=0)

@@ -11,6 +11,7 @@ from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario_text
+from tests.empirical import wave_brakes
 
 Load = Callable[..., Scenario]
 
@@ -124,7 +125,7 @@ brake_systems:
 
 
 def test_a_linear_build_up_has_its_knee_at_the_end(load: Load) -> None:
-    brakes = load(BRAKES.replace("BUILD_UP", "full_time_s: 3")).brakes
+    brakes = wave_brakes(load(BRAKES.replace("BUILD_UP", "full_time_s: 3")))
     assert (brakes.build_up.knee, brakes.build_up.knee_time, brakes.build_up.full_time) == (1.0, 3.0, 3.0)
     assert (brakes.wave_speeds.emergency, brakes.wave_speeds.service, brakes.wave_speeds.release) == (250, 230, 150)
     assert (brakes.build_up.service_time, brakes.build_up.release_time) == (15.0, 20.0)
@@ -133,7 +134,8 @@ def test_a_linear_build_up_has_its_knee_at_the_end(load: Load) -> None:
 
 
 def test_a_two_stage_build_up_has_its_knee_where_it_is_given(load: Load) -> None:
-    build_up = load(BRAKES.replace("BUILD_UP", "knee_fraction: 0.36, knee_time_s: 1, full_time_s: 10")).brakes.build_up
+    two_stage = "knee_fraction: 0.36, knee_time_s: 1, full_time_s: 10"
+    build_up = wave_brakes(load(BRAKES.replace("BUILD_UP", two_stage))).build_up
     assert (build_up.knee, build_up.knee_time, build_up.full_time) == (0.36, 1.0, 10.0)
 
 

@@ -9,6 +9,7 @@ from haul_ros.errors import ScenarioError
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario, load_scenario_text
 from haul_ros.scenario.overrides import parse_override
+from tests.empirical import wave_brakes
 
 
 def _equal_again(scenario: Scenario) -> bool:
@@ -69,7 +70,7 @@ def test_a_catalogue_value_is_replaced_for_this_run_and_called_so() -> None:
 
 def test_a_nested_catalogue_value_is_replaced() -> None:
     scenario = load_scenario("daqin_1_2_1", {"brake_systems.paper_set_b.build_up.full_time_s": 3})
-    assert (scenario.brakes.build_up.knee_time, scenario.brakes.build_up.full_time) == (3.0, 3.0)
+    assert (wave_brakes(scenario).build_up.knee_time, wave_brakes(scenario).build_up.full_time) == (3.0, 3.0)
     assert any("build_up.full_time_s overridden" in line for line in scenario.caveats)
 
 

@@ -19,15 +19,25 @@ from haul_ros.units import mps_to_kmh
 
 # (vehicles, couplers that are drawbars, locomotives), counted from the formation in words
 FORMATIONS = {
+    "aar_unit_train": (102, 0, 2),
     "daqin_1_1_0": (206, 0, 2),
     "daqin_1_1_0_realistic": (206, 0, 2),
     "daqin_1_2_1": (208, 0, 4),
+    "daqin_1_2_1_pneumatic": (208, 0, 4),
     "daqin_1_2_1_realistic": (208, 0, 4),
     "daqin_1_2_1_rigid_pairs": (208, 102, 4),
     "daqin_1_2_1_set_a": (208, 0, 4),
     "daqin_4x5000": (208, 0, 4),
     "daqin_4x5000_realistic": (208, 0, 4),
+    "uic_freight": (28, 0, 1),
     "validation_ss3_c63": (123, 0, 1),
+}
+
+# initial speed [km/h] and command of those that do not begin with an emergency from 80 km/h
+STARTS = {
+    "aar_unit_train": (72.0, TimedRequest(10**9, Command("master", CommandKind.EMERGENCY, 1.0))),
+    "uic_freight": (80.0, TimedRequest(10**9, Command("master", CommandKind.BRAKE, 1.0))),
+    "validation_ss3_c63": (63.7, TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0))),
 }
 
 
@@ -64,8 +74,9 @@ def test_a_shipped_scenario_has_its_formation(name: str) -> None:
     assert len(scenario.consist.vehicles) == vehicles
     assert sum(gear is None for gear in scenario.consist.couplers) == drawbars
     assert len(scenario.consist.locomotives) == locomotives
-    assert mps_to_kmh(scenario.initial_speed) == pytest.approx(63.7 if name.startswith("validation") else 80.0)
-    assert scenario.commands == (TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0)),)
+    speed, command = STARTS.get(name, (80.0, TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0))))
+    assert mps_to_kmh(scenario.initial_speed) == pytest.approx(speed)
+    assert scenario.commands == (command,)
 
 
 @pytest.mark.parametrize("name", FORMATIONS)

@@ -15,12 +15,13 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario
 from haul_ros.simulation.session import Session
 from haul_ros.units import seconds_to_ns
+from tests.empirical import wave_brakes
 from tests.simulation.log_entries import of_kind
 
 # Locomotive + 10 wagons + 2 locomotives + 10 wagons + locomotive, service waves 200 m/s, release 150, emergency 220.
 SMALL = load_scenario("daqin_1_2_1", {"consist.1.count": 10, "consist.3.count": 10})
 SLAVES = ("slave_1", "slave_2", "slave_3")
-FULL_SERVICE = SMALL.brakes.full_service
+FULL_SERVICE = wave_brakes(SMALL).full_service
 DOWN = RadioLink(connected=False)
 
 

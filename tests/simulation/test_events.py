@@ -15,6 +15,7 @@ from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.batch import periods
 from haul_ros.simulation.events import SLACK_SPEED, EventDetector, TrainState
 from haul_ros.simulation.session import Session
+from tests.empirical import wave_brakes
 from tests.simulation.log_entries import of_kind, samples
 
 SECOND = 10**9
@@ -56,7 +57,7 @@ def test_an_emergency_is_logged_at_the_instant_at_which_it_is_latched() -> None:
 
 def test_a_wave_is_logged_at_locomotives_and_the_tail_with_the_sample_that_shows_it() -> None:
     run = scenario(radio__default__connected=False)
-    offsets, speed = run.consist.centre_offsets, run.brakes.wave_speeds.emergency
+    offsets, speed = run.consist.centre_offsets, wave_brakes(run).wave_speeds.emergency
     found = about(EventKind.WAVE, run)
     assert [text for _, text in found] == [
         "master: brake wave: emergency",
@@ -74,7 +75,7 @@ def test_service_and_release_are_logged_with_their_level() -> None:
         {"at_s": 5.0, "locomotive": "master", "brake": 0.0},
     ]
     run = scenario(commands=commands, radio__default__delay_s=0.0)
-    percent = f"{50 * run.brakes.full_service:.0f} %"
+    percent = f"{50 * wave_brakes(run).full_service:.0f} %"
     texts = [text for _, text in about(EventKind.WAVE, run)]
     assert f"master: brake wave: service application to {percent} of emergency" in texts
     assert "slave_1: brake wave: release to 0 % of emergency" in texts

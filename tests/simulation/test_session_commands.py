@@ -14,6 +14,7 @@ from haul_ros.physics.train_model import WaveKind
 from haul_ros.scenario.loader import load_scenario
 from haul_ros.simulation import session as session_module
 from haul_ros.simulation.session import Session
+from tests.empirical import wave_brakes
 from tests.simulation.log_entries import of_kind
 from tests.simulation.session_cases import (
     DOWN,
@@ -100,7 +101,7 @@ def test_a_command_to_a_slave_goes_to_it_alone_and_by_radio() -> None:
 def test_a_slave_without_radio_holds_and_brakes_when_the_wave_in_the_pipe_comes() -> None:
     session = Session(scenario((0.0, emergency()), radio=dict.fromkeys(SLAVES, DOWN)), play_commands=True)
     offsets = np.array(session.consist.centre_offsets)
-    arrivals = (offsets - offsets[0]) / SMALL.brakes.wave_speeds.emergency
+    arrivals = (offsets - offsets[0]) / wave_brakes(SMALL).wave_speeds.emergency
     session.advance(1000)
     np.testing.assert_allclose(fractions(session), np.clip((1.0 - arrivals) / 2.0, 0.0, 1.0), atol=1e-9)
     session.advance(3000)

@@ -37,6 +37,15 @@ def inner(function: _Function) -> _Function:
     return compiled
 
 
+def outer(function: _Function) -> _Function:
+    """Compile a function that only other compiled functions call, once, not again wherever it is called.
+
+    What it does is worth a call; code that stands in many places takes long to compile.
+    """
+    compiled: _Function = numba.njit(**(_OPTIONS | {"forceinline": False}))(function)
+    return compiled
+
+
 def entry(function: _Function) -> _Function:
     """Compile a function that Python calls, once per installation: the machine code is cached.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import entry, inner
+from haul_ros.physics.kernel.air import advance_air
 from haul_ros.physics.kernel.blocks import (
     Blocks,
     brakes_of,
@@ -103,7 +104,10 @@ def advance(blocks: Blocks, n_steps: int) -> None:
                 start,
                 time,
             )
-        fill_cylinders(settings, parameters, brakes, start, time)
+        if blocks.air[0].present:
+            advance_air(blocks)
+        else:
+            fill_cylinders(settings, parameters, brakes, start, time)
         iterations = _step(blocks)
         counters.newton_total += iterations
         counters.newton_max = max(counters.newton_max, iterations)

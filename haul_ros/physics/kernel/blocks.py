@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple, TypeVar
 
 from haul_ros.physics.kernel._jit import inner
+from haul_ros.physics.kernel.air_data import AirParameters, AirState, DriverValveParameters, DriverValveState
 from haul_ros.physics.kernel.data import (
     BrakeState,
     DrawbarExtremes,
@@ -54,6 +55,12 @@ class Blocks(NamedTuple):
     grades: Floats  # read-only
     curves: Floats  # read-only
     line_index: Ints
+    air: Records  # (1,) AIR, read-only
+    air_account: Records  # (1,) AIR_ACCOUNT
+    air_parameters: Floats  # (.., v), without a pneumatic brake (.., 0), as the next; read-only
+    air_state: Floats
+    driver_valve_parameters: Floats  # read-only
+    driver_valves: Floats
 
 
 class Train(NamedTuple):
@@ -62,6 +69,8 @@ class Train(NamedTuple):
     settings: Records
     counters: Records
     waves: Records
+    air: Records
+    air_account: Records
     mass_index: Ints
     vehicle_parameters: VehicleParameters
     vehicles: VehicleState
@@ -81,6 +90,10 @@ class Train(NamedTuple):
     grades: LineSteps
     curves: LineSteps
     line_index: LineIndex
+    air_parameters: AirParameters
+    air_state: AirState
+    driver_valve_parameters: DriverValveParameters
+    driver_valves: DriverValveState
 
 
 LAYOUT: dict[str, tuple[Any, ...]] = {
@@ -95,6 +108,10 @@ LAYOUT: dict[str, tuple[Any, ...]] = {
     "grades": (LineSteps,),
     "curves": (LineSteps,),
     "line_index": (LineIndex,),
+    "air_parameters": (AirParameters,),
+    "air_state": (AirState,),
+    "driver_valve_parameters": (DriverValveParameters,),
+    "driver_valves": (DriverValveState,),
 }
 """What the rows of the blocks are."""
 
@@ -133,12 +150,17 @@ gear_extremes_of = _names("gears", GearExtremes)
 grades_of = _names("grades", LineSteps)
 curves_of = _names("curves", LineSteps)
 line_index_of = _names("line_index", LineIndex)
+air_parameters_of = _names("air_parameters", AirParameters)
+air_state_of = _names("air_state", AirState)
+driver_valve_parameters_of = _names("driver_valve_parameters", DriverValveParameters)
+driver_valves_of = _names("driver_valves", DriverValveState)
 
 
 def named(blocks: Blocks) -> Train:
     """All of a train's memory by name, for Python; compiled code names what it uses."""
     groups = (kind(*rows) for block, kinds in LAYOUT.items() for kind, rows in _rows(getattr(blocks, block), kinds))
-    return Train(blocks.settings, blocks.counters, blocks.waves, blocks.mass_index, *groups)
+    records = (blocks.settings, blocks.counters, blocks.waves, blocks.air, blocks.air_account, blocks.mass_index)
+    return Train(*records, *groups)
 
 
 def _rows(block: Floats, kinds: tuple[Any, ...]) -> Iterator[tuple[Any, Floats]]:

@@ -30,7 +30,7 @@ def follow_target(settings: Record, fraction: float, target: float, latched: flo
 
 
 @inner
-def _set_coefficients(settings: Record, parameters: VehicleParameters, brakes: BrakeState, i: int) -> None:
+def set_coefficients(settings: Record, parameters: VehicleParameters, brakes: BrakeState, i: int) -> None:
     """Gain and offset [N] in ``brake force = gain * speed factor + offset`` for the present cylinder pressure."""
     total = brakes.fraction[i] * parameters.shoes[i] * parameters.shoe_force[i]
     k = parameters.shoe_force[i]
@@ -61,7 +61,7 @@ def fill_cylinders(
         brakes.fraction_time[i] = time
         brakes.gain_start[i] = brakes.gain_end[i]
         brakes.offset_start[i] = brakes.offset_end[i]
-        _set_coefficients(settings, parameters, brakes, i)
+        set_coefficients(settings, parameters, brakes, i)
         brakes.gain[i] = brakes.gain_end[i]
         brakes.offset[i] = brakes.offset_end[i]
         # One more turn after the target is reached makes the coefficients at start and end equal.

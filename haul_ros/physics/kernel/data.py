@@ -371,20 +371,20 @@ class LineIndex(NamedTuple):
     """[-]"""
 
 
-def _record(fields: str) -> np.dtype[Any]:
+def record_type(fields: str) -> np.dtype[Any]:
     """Structured type of 8-byte fields, named in a text: real numbers, or integers if marked ``#``."""
     kinds = [(name.lstrip("#"), "i8" if name.startswith("#") else "f8") for name in fields.split()]
     return np.dtype(kinds, align=True)
 
 
-SETTINGS = _record("""
+SETTINGS = record_type("""
     time_step tolerance start_chainage #has_line #has_stops #has_drawbars
     knee rate_to_knee rate_from_knee rate_service rate_release #friction_follows_pressure
 """)
 """time_step [s]; tolerance: force residual at which a step is converged [N]; start_chainage: of the
 head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions per second [1/s]."""
 
-COUNTERS = _record(
+COUNTERS = record_type(
     "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
     "#has_traction #balanced #divided_steps #part worst_residual"
 )
@@ -393,7 +393,7 @@ has_traction: 1 once there was any; balanced: 1 once the initial state is in bal
 because of a stiff contact; part: what is tried next of the time step, in 256ths; worst_residual: the largest one
 accepted in an unconverged step [N]."""
 
-WAVE = _record("time speed level #kind #serial #origin #ahead #behind")
+WAVE = record_type("time speed level #kind #serial #origin #ahead #behind")
 """time at which it starts [s], speed [m/s], level: cylinder fraction asked for; serial: counts the
 waves as they are started, from 1; origin: vehicle;
 ahead, behind: the next vehicle to be reached on either side, -1 / v where none is left."""
