@@ -12,10 +12,10 @@ VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_t
 
 
 def config_files():
-    """Shipped YAML and schema files, each to the folder of the same name below share/haul_ros."""
+    """Shipped YAML, schema and policy files, each to the folder of the same name below share/haul_ros."""
     folders = {}
     for path in sorted((HERE / "config").rglob("*")):
-        if path.suffix in (".yaml", ".json"):
+        if path.suffix in (".yaml", ".json", ".xml"):
             relative = path.relative_to(HERE)
             folders.setdefault(f"{SHARE}/{relative.parent}", []).append(str(relative))
     return list(folders.items())

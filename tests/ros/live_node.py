@@ -118,6 +118,15 @@ class Observer:
         """How many subscriptions of a topic have been found."""
         return int(self._node.count_subscribers(channel.topic))
 
+    def graph_of(self, node: str) -> dict[str, list[str]]:
+        """Full names of what a node publishes, subscribes and replies to."""
+        found = {
+            "publish": self._node.get_publisher_names_and_types_by_node(node, "/"),
+            "subscribe": self._node.get_subscriber_names_and_types_by_node(node, "/"),
+            "reply": self._node.get_service_names_and_types_by_node(node, "/"),
+        }
+        return {act: [name for name, _ in names] for act, names in found.items()}
+
     def send(self, locomotive: str, kind: CommandKind, value: float | bool) -> None:
         """Publish a command, once the node knows its publisher (which it does before a subscription made later)."""
         message_type, topic, qos = endpoint(TABLE.commands[kind][locomotive])
