@@ -112,6 +112,20 @@ def test_over_any_closed_cycle_gears_never_give_back_more_than_was_put_in(speeds
         lost = balance.gear_dissipated
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", GEARS)
+@pytest.mark.parametrize("speed", [5e-324, 1e-310, 1.139e-305, 1e-300, 1e-290, 1e-160])
+def test_a_motion_as_small_as_numbers_can_be_is_one_like_any_other(name: str, speed: float) -> None:
+    train = model(train_of([vehicle()] * 2, GEARS[name]), np.array([0.0, speed]), time_step=5e-4)
+    for _ in range(5):
+        train.advance(1)
+        balance = energy_balance(train)
+        assert balance.fault is None
+        assert abs(balance.gear_dissipated) + abs(balance.gear_stored) < 1e-150
+        assert np.isfinite(train.sample().coupler_force).all()
+    assert train.statistics().unconverged_steps == 0
+
+
 def _half_swing(gear_stiffness: float, mass: float, n_steps: int) -> float:
     """Time step [s] of which Newmark's method needs exactly n for half an oscillation of two equal masses.
 

@@ -18,6 +18,9 @@ from __future__ import annotations
 from haul_ros.physics.kernel._jit import inner
 from haul_ros.physics.kernel.data import Floats, GearParameters, GearState, GearTrial, Hinges
 
+_STILL = 1e-300
+"""Change [m, m/s over the transition speed] that is none, for its inverse may not be a number."""
+
 
 @inner
 def _strokes(velocity: Floats, stroke: Floats, rate: Floats, new_stroke: Floats, new_rate: Floats, h: float) -> None:
@@ -37,7 +40,7 @@ def _way(stroke: Floats, new_stroke: Floats, low: Floats, high: Floats, per_span
     for k in range(high.shape[0]):
         high[k] = max(abs(stroke[k]), abs(new_stroke[k]))
     for k in range(per_span.shape[0]):
-        per_span[k] = 1.0 / (high[k] - low[k]) if high[k] > low[k] else 0.0
+        per_span[k] = 1.0 / (high[k] - low[k]) if high[k] - low[k] > _STILL else 0.0
 
 
 @inner
@@ -57,7 +60,7 @@ def _past_knots(
         knot = compression_knot[k] if stroke[k] + new_stroke[k] >= 0.0 else tension_knot[k]
         past = high[k] - min(max(knot, low[k]), high[k])
         whole = 1.0 if low[k] >= knot else 0.0
-        share[k] = past * per_span[k] if high[k] > low[k] else whole
+        share[k] = past * per_span[k] if per_span[k] > 0.0 else whole
         lever[k] = max(0.5 * (high[k] + max(low[k], knot)) - knot, 0.0)
 
 
@@ -141,7 +144,7 @@ def _transition(
     for k in range(transition.shape[0]):
         start, end = rate[k] * inverse_speed[k], new_rate[k] * inverse_speed[k]
         low, high = min(start, end), max(start, end)
-        changes = high > low
+        changes = high - low > _STILL
         per_span = 1.0 / (high - low) if changes else 0.0
         from_, to = min(1.0, max(-1.0, low)), min(1.0, max(-1.0, high))
         saturated = max(high - max(low, 1.0), 0.0) - max(min(high, -1.0) - low, 0.0)

@@ -302,7 +302,7 @@ class GearTrial(NamedTuple):
     high: Floats
     """Largest magnitude of the stroke on the way [m]."""
     per_span: Floats
-    """1 / (high - low), 0 where that is 0 [1/m]."""
+    """1 / (high - low), 0 where the stroke stands still [1/m]."""
     share: Floats
     """Part of the way past a knot [-]."""
     lever: Floats
