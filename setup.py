@@ -10,6 +10,10 @@ HERE = Path(__file__).resolve().parent  # colcon --symlink-install runs a link t
 SHARE = f"share/{NAME}"
 VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_text(encoding="utf-8")).group(1)
 
+# Of what counts its versions by the calendar or four times a year, the newest that was tried.
+PARQUET = ["pyarrow>=15,<27"]
+CLUSTER = ["dask>=2024.5,<2027", "distributed>=2024.5,<2027"]
+
 
 def config_files():
     """Shipped YAML, schema and policy files, each to the folder of the same name below share/haul_ros."""
@@ -54,24 +58,23 @@ setup(
     ],
     extras_require={
         # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).
-        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "parquet": ["pyarrow>=15"],
-        "studies": ["pyarrow>=15"],
-        "cluster": ["dask>=2024.5", "distributed>=2024.5"],
+        "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1,<8", "ros-jazzy-common-interfaces>=5.3,<6"],
+        "parquet": PARQUET,
+        "studies": PARQUET,
+        "cluster": CLUSTER,
         "test": [
-            "pytest",
-            "pytest-cov>=7",
-            "pytest-xdist",
-            "hypothesis",
-            "scipy",
-            "mcap-ros2-support",
-            "pyarrow",
-            "dask",
-            "distributed",
+            *PARQUET,
+            *CLUSTER,
+            "pytest>=8,<9.2",  # with 9.2 pytest-xdist 3.8 takes no notice of groups: live nodes would run side by side
+            "pytest-cov>=7,<8",
+            "pytest-xdist>=3.6,<4",
+            "hypothesis>=6.100,<7",
+            "scipy>=1.11,<2",
+            "mcap-ros2-support>=0.5.5,<1",
             "ruff==0.17.*",
             "mypy==2.4.*",
             "import-linter==2.*",
-            "colcon-common-extensions",
+            "colcon-common-extensions>=0.3,<0.4",
         ],
     },
     entry_points={

@@ -1,4 +1,5 @@
-# Sourced by demo.sh and test.sh: makes .venv with haul_ros and the extra dependencies named as arguments.
+# Sourced by the other scripts: makes a virtual environment with haul_ros and its extra dependencies.
+# Arguments: names of extras; its folder (.venv); a file of versions that pip has to take.
 # Where ROS 2 Jazzy is sourced its own rclpy is used; elsewhere the real rclpy comes as a Python package.
 
 fail() {
@@ -25,7 +26,7 @@ done
 "$python" -c 'import ensurepip, venv' 2>/dev/null ||
     fail "$("$python" --version) has no venv module; on Debian and Ubuntu: sudo apt install python3-venv"
 
-environment="$(pwd)/.venv"
+environment="$(pwd)/${2:-.venv}"
 if [ -n "${ROS_DISTRO:-}" ] && "$python" -c 'import rclpy' 2>/dev/null; then
     extras="$1"
     [ -x "$environment/bin/python" ] || "$python" -m venv --system-site-packages "$environment"
@@ -34,6 +35,7 @@ else
     [ -x "$environment/bin/python" ] || "$python" -m venv "$environment"
 fi
 echo "haul_ros: installing into $environment (a minute the first time)"
-"$environment/bin/python" -m pip install --quiet --disable-pip-version-check --editable ".${extras:+[$extras]}" ||
+"$environment/bin/python" -m pip install --quiet --disable-pip-version-check ${3:+--constraint "$3"} \
+    --editable ".${extras:+[$extras]}" ||
     fail "installation failed; the lines above tell why (no package index reachable?)"
 PATH="$environment/bin:$PATH"

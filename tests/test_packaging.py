@@ -1,5 +1,6 @@
 """The package installs with colcon as ROS users do it, and works from there in an empty folder."""
 
+import importlib.metadata
 import os
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import haul_ros
 
@@ -20,6 +22,24 @@ def _environment(**more: str) -> dict[str, str]:
 
 def test_versions_agree() -> None:
     assert ET.parse(ROOT / "package.xml").findtext("version") == haul_ros.__version__
+
+
+@pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="nothing runs side by side")
+def test_processes_share_the_tests_out_by_group(request: pytest.FixtureRequest) -> None:
+    assert request.node.nodeid.endswith("@test_packaging.py")
+
+
+def test_every_dependency_is_bound_at_both_ends_and_tried_at_the_lower_one() -> None:
+    lines = (ROOT / "scripts/oldest.txt").read_text("utf-8").splitlines()
+    oldest = dict(line.split("==") for line in lines if not line.startswith("#"))
+    requirements = [Requirement(text) for text in importlib.metadata.requires("haul_ros") or ()]
+    assert len(requirements) > 20
+    for requirement in requirements:
+        bounds = {bound.operator: bound.version for bound in requirement.specifier}
+        assert bounds.keys() in ({">=", "<"}, {"=="}), requirement
+        if "==" not in bounds and not requirement.name.startswith("ros-jazzy-"):
+            assert f"{oldest[requirement.name]}.".startswith(f"{bounds['>=']}."), requirement
+            assert oldest[requirement.name] in requirement.specifier
 
 
 @pytest.fixture(params=["", "--symlink-install"], scope="module")
