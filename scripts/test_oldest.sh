@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # The quick tests with the oldest versions that setup.py allows, in an environment of their own; arguments go to pytest.
+# They exist for Python 3.11 and 3.12.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/environment.sh test .venv-oldest scripts/oldest.txt
