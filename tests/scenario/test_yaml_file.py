@@ -80,6 +80,7 @@ def test_what_is_written_reads_back_the_same_in_the_same_order(data: dict[str, o
         ("a: 2017-13-45\n", r"^x: not valid YAML: a value is not what its form says: month"),
         ("a: \x01\n", r"^x: not a YAML file: unacceptable character"),
     ],
+    ids=lambda text: text[:30],  # one is of 100 kB, which pytest would print
 )
 def test_what_is_not_yaml_is_refused_in_one_line(text: str, expected: str) -> None:
     with pytest.raises(ScenarioError, match=expected) as caught:
