@@ -33,6 +33,9 @@ SETTLED_RATE = 100.0
 SETTLED_FLOW = 5e-3
 """Flow in the brake pipe [kg/s] below which no wave is under way in it; that of leaks and charging is less."""
 
+_FULL = 0.75
+"""Part of the room for brake waves above which, with the spent ones dropped, more room is made."""
+
 Floats = NDArray[np.float64]
 
 
@@ -71,6 +74,13 @@ class StepStatistics:
     def newton_iterations_mean(self) -> float:
         """Newton iterations per step."""
         return self.newton_iterations / max(self.steps, 1)
+
+
+def _least_before(waves: data.Records, serials: NDArray[Any]) -> Floats:
+    """Of serial numbers by vehicle, the least among the vehicles still before each wave; infinite: none is."""
+    ahead = np.concatenate(([np.inf], np.minimum.accumulate(serials)))
+    behind = np.concatenate((np.minimum.accumulate(serials[::-1])[::-1], [np.inf]))
+    return np.asarray(np.minimum(ahead[waves.ahead + 1], behind[waves.behind]))
 
 
 def _brake_speeds(brakes: BrakeSystem | PneumaticBrake) -> dict[WaveKind, float]:
@@ -191,8 +201,9 @@ class TrainModel:
         n = int(counters.waves)
         if n == len(self._train.waves):
             n = self._drop_spent_waves()
-        if n == len(self._train.waves):
-            self._use(with_room_for_waves(self._blocks))
+            # With little gained, the next look would come soon, and one at every wave would cost more than the waves
+            if n > _FULL * len(self._train.waves):
+                self._use(with_room_for_waves(self._blocks))
         serial = counters.waves_started + 1
         self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, serial, vehicle, vehicle, vehicle + 1)
         counters.waves_started = serial
@@ -208,22 +219,23 @@ class TrainModel:
         brakes, counters = self._train.brakes, self._train.counters[0]
         waves = self._train.waves[: int(counters.waves)]
         ends = waves.serial[waves.kind == WaveKind.EMERGENCY_RELEASE]
-        overruled_by = {
-            WaveKind.EMERGENCY: brakes.unlatched_by,
-            WaveKind.EMERGENCY_RELEASE: brakes.latched_by,
-            WaveKind.SERVICE: np.maximum(brakes.released_by, brakes.unlatched_by),
-            WaveKind.RELEASE: brakes.applied_by,
-        }
-        kept = []
-        for n, wave in enumerate(waves):
-            spent = wave.serial <= overruled_by[WaveKind(int(wave.kind))]
-            if wave.kind == WaveKind.SERVICE and not (ends < wave.serial).any():
-                spent |= brakes.latched == 1.0  # and only ends of the emergency that overrule this wave can come
-            if not (spent[: int(wave.ahead) + 1].all() and spent[int(wave.behind) :].all()):
-                kept.append(n)
-        waves[: len(kept)] = waves[kept]
-        counters.waves = len(kept)
-        return len(kept)
+        ended_later = waves.serial <= ends.min(initial=counters.waves_started)
+        overruled = np.maximum(brakes.released_by, brakes.unlatched_by)
+        service, release = waves.kind == WaveKind.SERVICE, waves.kind == WaveKind.RELEASE
+        spent = np.zeros(len(waves), dtype=bool)
+        for of_kind, overruled_by in (
+            (waves.kind == WaveKind.EMERGENCY, brakes.unlatched_by),
+            (waves.kind == WaveKind.EMERGENCY_RELEASE, brakes.latched_by),
+            (release, brakes.applied_by),
+            (service & ~ended_later, overruled),
+            # In an emergency that only ends overruling this wave can end, it has nothing to say
+            (service & ended_later, np.where(brakes.latched == 1.0, np.inf, overruled)),
+        ):
+            spent[of_kind] = waves.serial[of_kind] <= _least_before(waves[of_kind], overruled_by)
+        left = int(np.count_nonzero(~spent))
+        waves[:left] = waves[~spent]
+        counters.waves = left
+        return left
 
     def set_traction(self, vehicle: int, force: float) -> None:
         """Set the tractive effort [N] of a vehicle from the present time on; its power may give less."""

@@ -32,7 +32,8 @@ EXTREMES_PERIOD_NS = NS_PER_S
 """Simulation time between two logs with the running extremes."""
 
 MOST_UNDER_WAY = 4096
-"""Brake waves and telegrams under way at which nothing but an emergency is taken: they cost time in every step."""
+"""Brake waves and telegrams under way at which nothing but an emergency is taken, and sent only to slaves that do not
+have one coming: they take memory, and waves time in every step."""
 
 _ROUNDING = 1e-6
 """Part of a time step by which an arrival may miss a step and still count as on it."""
@@ -44,6 +45,10 @@ class SessionStatus:
 
     solver: StepStatistics
     radio: dict[str, LinkStatus]
+
+
+def _is_emergency(command: Command) -> bool:
+    return command.kind is CommandKind.EMERGENCY and command.value != 0.0
 
 
 @dataclass(order=True, slots=True)
@@ -212,7 +217,8 @@ class Session:
         ------
         CommandError
             Unknown locomotive, a value out of range, more traction than the locomotive has, the end of an emergency
-            while the train moves, or too much is under way already. Nothing has changed then.
+            while the train moves, or too much is under way already for anything but an emergency. Nothing has
+            changed then.
         """
         if isinstance(request, RadioLinkChange):
             self._change_link(request)
@@ -236,7 +242,8 @@ class Session:
 
     def _command(self, command: Command) -> None:
         self._locomotives.check(command)
-        if command.kind is not CommandKind.EMERGENCY and self._under_way >= MOST_UNDER_WAY:
+        full = self._under_way >= MOST_UNDER_WAY
+        if full and not _is_emergency(command):
             problem = f"{self._under_way} brake waves and telegrams are under way, expected fewer commands"
             raise CommandError(f"{command.locomotive}: {command.kind.value} = {command.value}: {problem}")
         self._entries.append(TimedRequest(self.time_ns, command))
@@ -245,12 +252,20 @@ class Session:
             slaves = [name for name in self._locomotives.names if name != MASTER]
         else:
             slaves = [command.locomotive]
+        if full:
+            slaves = [slave for slave in slaves if not self._has_emergency_coming(slave)]
         for slave in slaves:
             arrival = self._radio.send(slave, self.time)
             if arrival is None:
                 self._log_radio(f"{slave}: telegram lost: {command.kind.value} {command.value:g}")
             else:
                 self._schedule(arrival, Command(slave, command.kind, command.value))
+
+    def _has_emergency_coming(self, slave: str) -> bool:
+        """The last telegram on its way to a slave that says anything of an emergency starts one."""
+        kind = CommandKind.EMERGENCY
+        on_the_way = [a for a in self._arrivals if a.command.kind is kind and a.command.locomotive == slave]
+        return bool(on_the_way) and _is_emergency(max(on_the_way).command)
 
     @property
     def _under_way(self) -> int:

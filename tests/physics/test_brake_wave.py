@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from time import thread_time
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from haul_ros.physics import assembly
 from haul_ros.physics.train_model import TrainModel, WaveKind
 from tests.physics.physics_cases import brake_system, linear_gear, model, train_of, vehicle
 
@@ -133,3 +135,29 @@ def test_a_service_wave_that_overtakes_the_release_before_it_leaves_the_train_br
     train.start_wave(10.1, 0, WaveKind.SERVICE, 0.5)
     train.advance(10_000)
     np.testing.assert_array_equal([train.brake_target(i) for i in range(N)], 0.5)
+
+
+def test_a_look_for_waves_that_are_spent_takes_little_of_a_sample_period() -> None:
+    train = _train()
+    for _ in range(4096):
+        train.start_wave(0.0, 0, WaveKind.SERVICE, 0.5)
+    assert len(train.train.waves) == 4096
+    began = thread_time()
+    train.start_wave(0.0, 0, WaveKind.SERVICE, 0.5)
+    assert thread_time() - began < 0.02
+    assert len(train.train.waves) == 8192
+
+
+def test_where_few_waves_are_spent_there_is_more_room_made_and_not_looked_again_for_every_wave(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(assembly, "_ROOM_FOR_WAVES", 8)
+    train = _train()
+    train.start_wave(0.0, 0, WaveKind.RELEASE, 0.0)
+    train.start_wave(0.0, 0, WaveKind.SERVICE, 0.5)
+    train.advance(2500)
+    assert train.waves_under_way == 1  # the release, which the faster application has overtaken
+    for _ in range(8):
+        train.start_wave(train.time, 0, WaveKind.SERVICE, 0.5)
+    assert train.waves_under_way == 8
+    assert len(train.train.waves) == 16

@@ -7,6 +7,7 @@ import pytest
 
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.event import Event
 from haul_ros.model.log import AppliedBrake
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.physics import assembly
@@ -307,6 +308,27 @@ def test_at_too_many_waves_demands_are_refused_and_an_emergency_is_not(monkeypat
     session.request(Command("master", CommandKind.EMERGENCY, 1.0))
     session.advance(2000)
     assert session.sample().cylinder_pressure[0] > 0.0
+
+
+def test_emergencies_said_again_and_again_do_not_pile_up_on_slow_links_and_every_slave_hears_of_the_last_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(session_module, "MOST_UNDER_WAY", 20)
+    still = {"commands": [], "initial_speed_kmh": 0, "radio.default.delay_s": 100, "radio.slave_3.delay_s": 200}
+    session = Session(load_scenario("daqin_1_2_1", still))
+    session.request(Command("slave_1", CommandKind.EMERGENCY, 1.0))
+    session.request(Command("slave_1", CommandKind.EMERGENCY, 0.0))  # an emergency is on its way, and its end behind it
+    for _ in range(100):
+        session.request(Command("slave_2", CommandKind.EMERGENCY, 1.0))
+    for _ in range(100):
+        session.request(Command("master", CommandKind.EMERGENCY, 1.0))
+    with pytest.raises(CommandError, match=r"master: emergency = 0.* are under way, expected fewer commands"):
+        session.request(Command("master", CommandKind.EMERGENCY, 0.0))
+    assert session._under_way <= 20 + 4
+    session.advance(201_000)
+    latched = [entry.text for entry in session.take_log().entries if isinstance(entry, Event)]
+    for slave in ("slave_1", "slave_2", "slave_3"):
+        assert latched.count(f"{slave}: emergency latched") == 1 + (slave == "slave_1")
 
 
 def test_traction_that_arrives_after_the_link_is_down_and_the_pipe_has_told_of_a_brake_does_not_pull() -> None:
