@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import argparse
+import os
+import random
 import subprocess
 import sys
 import time
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 
-from tests.attack import files, processes, recordings, trains
-from tests.attack.harness import Part, State, attack, try_case
+from tests.attack import disks, files, processes, recordings, starvation, trains
+from tests.attack.harness import Attack, Outcome, Part, State, attack, try_case
+from tests.attack.machine import without_mounts, without_ros
+from tests.ros.domain import own_domain
+
+
+def _of_nodes(name: str) -> Attack:
+    def attack_node(rng: random.Random, folder: Path) -> Outcome:
+        from tests.attack import nodes  # needs rclpy
+
+        found: Outcome = getattr(nodes, name)(rng, folder)
+        return found
+
+    return attack_node
+
 
 PARTS = [
     Part("scenarios", 10, files.scenario),
     Part("studies", 0.4, files.study),
     Part("arguments", 8, files.arguments),
-    Part("parameters", 30 if find_spec("rcl_interfaces") else 0, files.parameters),
+    Part("parameters", 30, files.parameters, lacking=without_ros),
     Part("damaged recordings", 45, recordings.damaged),
     Part("forged recordings", 4, recordings.forged),
     Part("messages", 1, trains.messages),
@@ -25,8 +39,27 @@ PARTS = [
     Part("kills", 0.06, processes.killed),
     Part("signals", 0.05, processes.ended),
     Part("lost files", 0.04, processes.robbed),
+    Part("starved runs", 0.02, starvation.starved, longest=120.0),
+    Part("lost disks", 0.03, disks.vanishing, longest=90.0, lacking=without_mounts),
+    *(
+        Part(name, share, _of_nodes(function), longest=120.0, lacking=without_ros)
+        for name, share, function in (
+            ("killed nodes", 0.06, "killed"),
+            ("flooded nodes", 0.03, "flooded"),
+            ("frozen subscribers", 0.03, "frozen"),
+            ("resumed nodes", 0.03, "resumed"),
+            ("starved nodes", 0.03, "starved"),
+        )
+    ),
 ]
 """Shares in hundredths of all cases; what takes longer has less."""
+
+
+def _possible(part: Part) -> bool:
+    lacking = part.lacking()
+    if lacking:
+        print(f"{part.name}: skipped, {lacking}", flush=True)
+    return not lacking
 
 
 def table(state: State) -> str:
@@ -53,7 +86,8 @@ def main() -> int:
     arguments = parser.parse_args()
     if arguments.cases < 1:
         parser.error(f"--cases {arguments.cases}: must be 1 or more")
-    parts = {part.name: part for part in PARTS if part.share}
+    parts = {part.name: part for part in PARTS}
+    os.environ.update(own_domain())
     state = State(arguments.state, arguments.seed)
     if arguments.case:
         name, _, number = arguments.case.rpartition(":")
@@ -63,7 +97,7 @@ def main() -> int:
         print(outcome.value if outcome else found)
         return outcome is None
     attack(
-        [part for name, part in parts.items() if name in (arguments.part or parts)],
+        [part for name, part in parts.items() if name in (arguments.part or parts) and _possible(part)],
         state,
         arguments.cases,
         time.monotonic() + 60.0 * arguments.minutes,

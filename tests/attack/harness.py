@@ -20,7 +20,7 @@ from pathlib import Path
 from haul_ros.cli.main import main
 
 LONGEST = 20.0
-"""Wall time [s] after which a case counts as hung."""
+"""Wall time [s] after which a case counts as hung, where its part does not say otherwise."""
 
 
 class Outcome(Enum):
@@ -43,11 +43,16 @@ Attack = Callable[[random.Random, Path], Outcome]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One kind of attack: a case from its random numbers in an empty folder; ``share`` of all cases."""
+    """One kind of attack: a case from its random numbers in an empty folder; ``share`` of all cases.
+
+    A case counts as hung after ``longest`` [s]; ``lacking`` says what this machine lacks for it, empty: nothing.
+    """
 
     name: str
     share: float
     attack: Attack
+    longest: float = LONGEST
+    lacking: Callable[[], str] = lambda: ""
 
 
 @dataclass(slots=True)
@@ -106,10 +111,10 @@ def try_case(part: Part, seed: int, index: int) -> tuple[Outcome | None, str]:
     before = Path.cwd()
     os.chdir(folder)
     try:
-        with _alarm(LONGEST):
+        with _alarm(part.longest):
             return part.attack(random.Random(f"{seed}:{part.name}:{index}"), folder), ""
     except Hung:
-        return None, f"hung for {LONGEST:g} s:\n{traceback.format_exc(limit=-6)}"
+        return None, f"hung for {part.longest:g} s:\n{traceback.format_exc(limit=-6)}"
     except Found as found:
         return None, str(found)
     except BaseException:

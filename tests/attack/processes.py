@@ -17,11 +17,11 @@ from tests.attack.harness import Found, Outcome
 
 _RUN = ("-m", "haul_ros", "run", "daqin_1_1_0", "--set", "commands=[]", "--set", "max_duration_s=80000")
 _STATUS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
-_UNFLUSHED = 1.5
-"""Wall time [s] before a kill of which messages may be lost: a flush every second, and a chunk on its way."""
 
 
-def _started(folder: Path, *words: str, limit: int = 0) -> subprocess.Popen[str]:
+def started(folder: Path, *words: str, limit: int = 0) -> subprocess.Popen[str]:
+    """A run without end, in a process of its own, that records into the folder; files of at most ``limit`` bytes."""
+
     def limit_files() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
@@ -32,7 +32,8 @@ def _started(folder: Path, *words: str, limit: int = 0) -> subprocess.Popen[str]
     )  # fmt: skip
 
 
-def _wait_for(path: Path, size: int) -> None:
+def wait_for(path: Path, size: int) -> None:
+    """Until a file has so many bytes."""
     until = time.monotonic() + 15.0
     while not (path.exists() and path.stat().st_size >= size):
         if time.monotonic() > until:
@@ -40,7 +41,8 @@ def _wait_for(path: Path, size: int) -> None:
         time.sleep(0.01)
 
 
-def _end(process: subprocess.Popen[str]) -> tuple[int, str]:
+def end(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """Exit status, and what was told; Found if that is a traceback."""
     _, told = process.communicate(timeout=15)
     if "Traceback" in told:
         raise Found(told[-2000:])
@@ -49,8 +51,8 @@ def _end(process: subprocess.Popen[str]) -> tuple[int, str]:
 
 def killed(rng: random.Random, folder: Path) -> Outcome:
     """SIGKILL at any moment: what is older than a second is recovered."""
-    process, active = _started(folder), folder / "run.mcap.active"
-    _wait_for(active, 1)
+    process, active = started(folder), folder / "run.mcap.active"
+    wait_for(active, 1)
     time.sleep(rng.uniform(0.0, 2.5))
     flushed = active.stat().st_size
     process.kill()
@@ -69,8 +71,8 @@ def killed(rng: random.Random, folder: Path) -> Outcome:
 
 def ended(rng: random.Random, folder: Path) -> Outcome:
     """SIGINT, SIGTERM or SIGHUP at any moment, stopped and resumed before: the file is whole."""
-    process = _started(folder)
-    _wait_for(folder / "run.mcap.active", 1)
+    process = started(folder)
+    wait_for(folder / "run.mcap.active", 1)
     time.sleep(rng.uniform(0.0, 1.5))
     if rng.random() < 0.3:
         process.send_signal(signal.SIGSTOP)
@@ -78,7 +80,7 @@ def ended(rng: random.Random, folder: Path) -> Outcome:
         process.send_signal(signal.SIGCONT)
     number = rng.choice(list(_STATUS))
     process.send_signal(number)
-    status, told = _end(process)
+    status, told = end(process)
     if status != _STATUS[number]:
         raise Found(f"{number.name}: status {status}: {told}")
     with Recording(folder / "run.mcap") as recording:
@@ -92,13 +94,13 @@ def robbed(rng: random.Random, folder: Path) -> Outcome:
     active = folder / "run.mcap.active"
     kind = rng.choice(("full", "removed", "moved", "replaced"))
     if kind == "full":
-        process = _started(folder, limit=rng.randint(200_000, 3_000_000))
-        _wait_for(active, 1)
+        process = started(folder, limit=rng.randint(200_000, 3_000_000))
+        wait_for(active, 1)
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
     else:
-        process = _started(folder)
-        _wait_for(active, 1)
+        process = started(folder)
+        wait_for(active, 1)
         time.sleep(rng.uniform(0.0, 1.0))
         if kind == "moved":
             active.rename(folder / "moved")
@@ -108,7 +110,7 @@ def robbed(rng: random.Random, folder: Path) -> Outcome:
             active.symlink_to(folder / "precious")
         time.sleep(rng.uniform(0.0, 1.5))
         process.send_signal(signal.SIGINT)
-    status, told = _end(process)
+    status, told = end(process)
     if kind == "full" and status == 130:  # ended before the disk was full
         return Outcome.RAN
     if status != 2 or "recording failed" not in told:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+
+from tests.ros.domain import own_domain
 
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
@@ -17,10 +18,8 @@ if TYPE_CHECKING:
 def own_ros_domain() -> Iterator[None]:
     """Tests that run at the same time, and whatever else runs here, do not meet."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
-        # Loopback alone: shared memory left behind by a process that was killed can swallow messages
-        patch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+        for name, value in own_domain().items():
+            patch.setenv(name, value)
         yield
 
 

@@ -105,8 +105,18 @@ class Observer:
     def watch(self, channel: Channel) -> list[bytes]:
         """Subscribe; what is received goes into the returned list, serialised as it came."""
         received: list[bytes] = []
-        self._node.create_subscription(*endpoint(channel)[:2], received.append, endpoint(channel)[2], raw=True)
+        self.listen(channel, received.append)
         return received
+
+    def listen(self, channel: Channel, take: Callable[[bytes], None]) -> None:
+        """Subscribe; ``take`` is called with what is received, serialised as it came."""
+        self._node.create_subscription(*endpoint(channel)[:2], take, endpoint(channel)[2], raw=True)
+
+    def receive_for(self, seconds: float) -> None:
+        """Receive for so long [s]."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=min(left, 0.05))
 
     def watch_typed(self, channel: Channel) -> list[Any]:
         """Subscribe; what is received goes into the returned list, as messages."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -18,6 +16,7 @@ from mcap.reader import make_reader
 from haul_ros.model.command import CommandKind
 from haul_ros.recording.reader import Recording
 from tests.ros.live_node import TABLE, Couplers
+from tests.ros.participants import participant
 
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
@@ -25,23 +24,6 @@ if TYPE_CHECKING:
     StartNode = Callable[..., LiveNode]
 
 RATE = 5.0
-FLOOD = """
-import sys
-import rclpy
-from std_msgs.msg import Float64
-from haul_ros.messages.cdr import encode_float64
-rclpy.init()
-node = rclpy.create_node("flood", start_parameter_services=False)
-publishers = [node.create_publisher(Float64, topic, 10) for topic in sys.argv[1:]]
-while not all(publisher.get_subscription_count() for publisher in publishers):
-    pass
-print("found", flush=True)
-n = 0
-while True:
-    for publisher in publishers:
-        publisher.publish(encode_float64((n % 10) / 10))
-    n += 1
-"""
 
 
 @pytest.fixture
@@ -50,12 +32,7 @@ def flood() -> Iterator[Callable[[list[str]], None]]:
     with ExitStack() as processes:
 
         def start(topics: list[str]) -> None:
-            process = processes.enter_context(
-                subprocess.Popen([sys.executable, "-c", FLOOD, *topics], stdout=subprocess.PIPE)
-            )
-            processes.callback(process.kill)
-            assert process.stdout is not None
-            assert process.stdout.readline() == b"found\n"
+            processes.enter_context(participant("tests.ros.flood", *topics))
 
         yield start
 
