@@ -20,6 +20,8 @@ Value = bool | float | int | str
 
 DEFAULT_SCENARIO = "daqin_1_2_1"
 NO_RECORDING = "none"
+MOST_TEXT = 4096
+"""Longest text: that of a path."""
 
 _TYPE_NAMES = MappingProxyType({bool: "true or false", float: "a number", int: "a whole number", str: "text"})
 
@@ -59,7 +61,7 @@ class ParameterRow:
         Raises
         ------
         ParameterError
-            Wrong type, NaN, infinite, out of range, or none of the choices.
+            Wrong type, NaN, infinite, out of range, too long, or none of the choices.
         """
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63:
             value = float(value)
@@ -67,6 +69,10 @@ class ParameterRow:
             raise ParameterError(f"parameter {self.name} = {value!r:.80}, must be {_TYPE_NAMES[self.kind]}")
         if isinstance(value, (float, int)) and not isinstance(value, bool) and not self._in_range(value):
             raise ParameterError(f"parameter {self.name} = {value}, must be {self._expected_number()}")
+        if isinstance(value, str) and len(value) > MOST_TEXT:
+            raise ParameterError(
+                f"parameter {self.name} = {value!r:.80}, must be text of at most {MOST_TEXT} characters"
+            )
         if isinstance(value, str) and self.choices and value not in self.choices:
             raise ParameterError(f"parameter {self.name} = {value!r}, must be one of {', '.join(self.choices)}")
         return value

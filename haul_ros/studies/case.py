@@ -6,6 +6,7 @@ import hashlib
 import io
 import math
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,6 +23,8 @@ from haul_ros.simulation.session import Session
 from haul_ros.studies.sources import results_digest
 from haul_ros.version import __version__
 
+MOST_BYTES = 1024 * 1024
+"""Longest result, decompressed too: that of a train of 2000 vehicles takes 150 kB."""
 _SOURCES = results_digest()
 """Of the sources as they were when this process loaded them."""
 _CHECK_EVERY = 1.0
@@ -127,7 +130,10 @@ class CaseResult:
         """
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+                if sum(member.file_size for member in arrays.zip.infolist()) > MOST_BYTES:
+                    raise ValueError(f"more than {MOST_BYTES} bytes")
                 named = {name: arrays[name] for name in arrays.files}
+            _check_shapes(named)
             extremes = {name.partition(".")[2]: value for name, value in named.items() if name.startswith("extremes.")}
             return cls(
                 extremes=CouplerExtremes(**extremes),
@@ -139,8 +145,23 @@ class CaseResult:
                 unconverged_steps=int(named["unconverged_steps"]),
                 energy_fault=str(named["energy_fault"]),
             )
-        except (zipfile.BadZipFile, KeyError, TypeError, EOFError) as error:
+        except (
+            zipfile.BadZipFile, zlib.error, KeyError, TypeError, AttributeError, EOFError, MemoryError, RuntimeError
+        ) as error:  # fmt: skip
             raise ValueError(f"not a result: {error}") from error
+
+
+def _check_shapes(named: Mapping[str, NDArray[np.generic]]) -> None:
+    """ValueError unless the arrays are numbers, one for each coupler where they are of couplers."""
+    couplers = named["geared"].shape
+    for name, values in named.items():
+        kinds, shape = {"geared": ("b", couplers), "energy_fault": ("U", ())}.get(name, ("fi", couplers))
+        if name == "locomotives":
+            shape = values.shape[:1]
+        elif "." not in name and name != "geared":
+            shape = ()
+        if values.dtype.kind not in kinds or values.shape != shape or len(couplers) != 1:
+            raise ValueError(f"{name} is no array of a result")
 
 
 Result = TypeVar("Result")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,18 @@ from haul_ros.scenario.schema import check
 from haul_ros.scenario.yaml_file import parse_yaml, read_yaml
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.kinds.table import KINDS
-from haul_ros.studies.sweep import Axis, Draw, PaperValues, Sweep, has_values, list_axis, range_values, variants_axis
+from haul_ros.studies.sweep import (
+    MOST_CASES,
+    Axis,
+    Draw,
+    PaperValues,
+    Sweep,
+    bounded_axes,
+    has_values,
+    list_axis,
+    range_values,
+    variants_axis,
+)
 
 SCHEMA = "study.schema.json"
 
@@ -53,7 +65,7 @@ def load_study(name_or_path: str) -> Sweep:
             description=data.get("description", ""),
             scenarios=_scenarios(data, path.parent),
             overrides=data.get("set", {}),
-            axes=tuple(_axis(document, key) for key in data.get("over", {})),
+            axes=bounded_axes(data.get("over", {}), partial(_axis, document)),
             draws=tuple(_draw(key, entry) for key, entry in data.get("draw", {}).items()),
             samples=data.get("samples", 0),
             seed=data.get("seed", 0),
@@ -79,16 +91,16 @@ def _scenarios(data: Mapping[str, Any], folder: Path) -> tuple[str, ...]:
     return tuple(name if name in shipped_scenarios() else str(folder / name) for name in names)
 
 
-def _axis(document: Document, key: str) -> Axis:
+def _axis(document: Document, key: str, most: int) -> Axis:
     path = ("over", key)
     entry = document.at(path)
     if isinstance(entry, list):
-        return list_axis(key, entry)
+        return list_axis(key, entry, most)
     if entry and all(isinstance(variant, dict) for variant in entry.values()):
         return variants_axis(key, entry)
     if not {"from", "to"} <= entry.keys() or any(isinstance(value, dict) for value in entry.values()):
         raise document.error(path, "expected a list, a range {from, to, step} or {from, to, count}, or named variants")
-    return list_axis(key, range_values(key, entry["from"], entry["to"], entry.get("step"), entry.get("count")))
+    return list_axis(key, range_values(key, entry["from"], entry["to"], entry.get("step"), entry.get("count")), most)
 
 
 def _draw(key: str, entry: Mapping[str, Sequence[float]]) -> Draw:
@@ -123,7 +135,7 @@ def free_sweep(
     HaulError
         Something is not of this form, in one line.
     """
-    axes = tuple(map(parse_over, over))
+    axes = bounded_axes(over, parse_over)
     draws = tuple(map(parse_draw, draw))
     if not (axes or draws):
         raise StudyError("nothing is varied, expected --over KEY=VALUES or --draw KEY=DISTRIBUTION")
@@ -146,13 +158,13 @@ def free_sweep(
     )
 
 
-def parse_over(text: str) -> Axis:
+def parse_over(text: str, most: int = MOST_CASES) -> Axis:
     """An axis from ``KEY=40,60,80`` or ``KEY=40:100:20``.
 
     Raises
     ------
     HaulError
-        It is neither.
+        It is neither, or has more than ``most`` values.
     """
     key, equals, spec = text.partition("=")
     key = key.strip()
@@ -160,13 +172,13 @@ def parse_over(text: str) -> Axis:
         raise StudyError(f"--over {text}: expected KEY=V1,V2,... or KEY=FROM:TO:STEP, as initial_speed_kmh=40:100:20")
     if found := _RANGE.fullmatch(spec):
         first, last, step = (_number(f"--over {text}", part) for part in found.groups())
-        return list_axis(key, range_values(key, first, last, step, None))
+        return list_axis(key, range_values(key, first, last, step, None), most)
     listed = spec if spec.lstrip().startswith("[") else f"[{spec}]"
     try:
         values = parse_yaml(listed, f"--over {key}").data
     except ScenarioError as error:
         raise StudyError(f"--over {text}: not a list of values: V1,V2,... or FROM:TO:STEP") from error
-    return list_axis(key, values)
+    return list_axis(key, values, most)
 
 
 def parse_draw(text: str) -> Draw:

@@ -8,8 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from haul_ros.studies.case import CaseResult
+from haul_ros.studies.case import MOST_BYTES, CaseResult
 from haul_ros.studies.errors import StudyError
+
+_TABLE = "CREATE TABLE results (key TEXT PRIMARY KEY, name TEXT NOT NULL, result BLOB)"
+_SCHEMA = {("table", "results", _TABLE), ("index", "sqlite_autoindex_results_1", None)}
 
 
 class ResultStore:
@@ -33,10 +36,15 @@ class ResultStore:
         with self._errors():
             self._database = sqlite3.connect(path)
             self._database.text_factory = lambda text: text.decode(errors="replace")  # damaged text is met below
+            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)  # whatever stands in the file
             with self._database:
-                self._database.execute(
-                    "CREATE TABLE IF NOT EXISTS results (key TEXT PRIMARY KEY, name TEXT NOT NULL, result BLOB)"
-                )
+                self._database.execute(_TABLE.replace("TABLE", "TABLE IF NOT EXISTS", 1))
+            if self._schema() != _SCHEMA:  # a view or a trigger computes what it likes, for as long as it likes
+                raise StudyError(f"{path}: not usable as results of studies: expected the table of results alone")
+
+    def _schema(self) -> set[tuple[str, str, str | None]]:
+        found = self._database.execute("SELECT type, name, sql FROM sqlite_master LIMIT ?", (len(_SCHEMA) + 1,))
+        return set(found.fetchall())
 
     def __enter__(self) -> ResultStore:
         return self

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,16 @@ from numpy.typing import NDArray
 from haul_ros.studies.case import Case
 from haul_ros.studies.errors import StudyError
 
+Spec = TypeVar("Spec")
+
 _WHOLE = 1e-9
 MOST_VALUES = 1_000_000
 """Longest range."""
 MOST_CASES = 1_000_000
 """Most cases of a study."""
+MOST_DRAWN = 10_000_000
+"""Most drawn values of a study, samples times draws: 80 MB."""
+_TOO_MANY = f"more than {MOST_CASES} cases: fewer values or samples are needed"
 _CHECK_ALL = 32
 """Axes up to so many points are checked point by point before anything runs, longer ones (ranges) at their ends."""
 
@@ -87,8 +93,8 @@ def has_values(case: Case, where: Mapping[str, object]) -> bool:
 class Sweep:
     """The cases of a study: every scenario with every combination of points, each with every random sample.
 
-    At most `MOST_CASES`, else StudyError. The first n of more samples are those of n samples, and the samples are the
-    same in all combinations.
+    At most `MOST_CASES` and `MOST_DRAWN`, else StudyError. The first n of more samples are those of n samples, and the
+    samples are the same in all combinations.
     ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`). ``fitted`` has the values of
     the cases whose claims the parameters were fitted to; none: what comes out was in no fit.
     """
@@ -107,7 +113,9 @@ class Sweep:
 
     def __post_init__(self) -> None:
         if self._size() > MOST_CASES:
-            raise StudyError(f"more than {MOST_CASES} cases: fewer values or samples are needed")
+            raise StudyError(_TOO_MANY)
+        if len(self.draws) * self.samples > MOST_DRAWN:
+            raise StudyError(f"more than {MOST_DRAWN} drawn values: fewer draws or samples are needed")
 
     def __len__(self) -> int:
         return self._size()
@@ -181,10 +189,25 @@ def _sample_point(number: int, draws: tuple[Draw, ...], row: NDArray[np.float64]
     return Point(f"sample {number}", {"sample": number, **values}, values)
 
 
-def list_axis(key: str, values: list[object]) -> Axis:
-    """A key over given values."""
+def bounded_axes(specs: Iterable[Spec], make: Callable[[Spec, int], Axis]) -> tuple[Axis, ...]:
+    """One axis after the other, made of no more points than `MOST_CASES` leaves room for; else StudyError.
+
+    So many long axes are refused before they fill the memory.
+    """
+    axes, most = [], MOST_CASES
+    for spec in specs:
+        axis = make(spec, most)
+        axes.append(axis)
+        most //= max(len(axis.points), 1)
+    return tuple(axes)
+
+
+def list_axis(key: str, values: list[object], most: int = MOST_CASES) -> Axis:
+    """A key over given values, ``most`` of them."""
     if not values:
         raise StudyError(f"over {key}: no values, expected at least one")
+    if len(values) > most:
+        raise StudyError(_TOO_MANY)
     return Axis(key, tuple(Point(f"{key}={_short(value)}", {key: value}, {key: value}) for value in values))
 
 
