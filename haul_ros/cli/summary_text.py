@@ -173,6 +173,7 @@ def _energy_json(energy: EnergyBalance) -> dict[str, float]:
         "resistance_work_MJ": energy.resistance_work / 1e6,
         "gravity_work_MJ": energy.gravity_work / 1e6,
         "traction_work_MJ": energy.traction_work / 1e6,
+        "electric_brake_work_MJ": energy.electric_brake_work / 1e6,
         "gear_stored_MJ": energy.gear_stored / 1e6,
         "gear_dissipated_MJ": energy.gear_dissipated / 1e6,
         "relative_imbalance": energy.relative_imbalance,

@@ -79,6 +79,7 @@ class ChannelTable:
     diagnostics: Channel
     events: Channel
     applied_brake: Mapping[str, Channel]
+    tractive_effort: Mapping[str, Channel]
     commands: Mapping[CommandKind, Mapping[str, Channel]]
     radio: Mapping[str, Mapping[str, Channel]]
 
@@ -103,6 +104,7 @@ class ChannelTable:
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
         yield self.events
         yield from self.applied_brake.values()
+        yield from self.tractive_effort.values()
         for by_locomotive in self.commands.values():
             yield from by_locomotive.values()
         for by_slave in self.radio.values():
@@ -113,6 +115,7 @@ _COMMANDS = {
     CommandKind.BRAKE: ("brake_command", FLOAT64),
     CommandKind.EMERGENCY: ("emergency_brake", BOOL),
     CommandKind.TRACTION: ("traction_command", FLOAT64),
+    CommandKind.ELECTRIC_BRAKE: ("electric_brake_command", FLOAT64),
 }
 _RADIO = {
     "connected": ("radio_connected", BOOL),
@@ -155,6 +158,7 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, p
         diagnostics=Channel("/diagnostics", DIAGNOSTICS, EVENT),
         events=private("events", LOG, STREAM),
         applied_brake=each(locomotives, "applied_brake", FLOAT64, LATCHED),
+        tractive_effort=each(locomotives, "tractive_effort", FLOAT64, LATCHED),
         commands=MappingProxyType(commands),
         radio=MappingProxyType(radio),
     )

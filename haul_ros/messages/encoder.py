@@ -29,7 +29,7 @@ from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.log import AppliedBrake, LogEntry, PeriodLog
+from haul_ros.model.log import AppliedBrake, Effort, LogEntry, PeriodLog
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.model.scenario import Scenario
@@ -110,6 +110,8 @@ class TelemetryEncoder:
                 return [Message(channel, time_ns, data) for channel, data in self._requests.encode(request)]
             case AppliedBrake(time_ns, locomotive, value):
                 return [Message(self.channels.applied_brake[locomotive], time_ns, encode_float64(value))]
+            case Effort(time_ns, locomotive, value):
+                return [Message(self.channels.tractive_effort[locomotive], time_ns, encode_float64(value))]
             case Event():
                 return [self._event(entry)]
 

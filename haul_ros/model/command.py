@@ -18,6 +18,13 @@ class CommandKind(enum.Enum):
     """1: emergency, latched; 0: end it, at standstill only."""
     TRACTION = "traction"
     """Tractive effort [N], cut by any brake demand of the same locomotive."""
+    ELECTRIC_BRAKE = "electric_brake"
+    """Force of the electric brake [N]; the newer of this and traction counts."""
+
+    @property
+    def is_effort(self) -> bool:
+        """Whether it is a force [N], not a part of something."""
+        return self in (CommandKind.TRACTION, CommandKind.ELECTRIC_BRAKE)
 
 
 _LARGEST = sys.float_info.max
@@ -41,8 +48,8 @@ class Command:
         """
         if not -_LARGEST <= self.value <= _LARGEST:  # false for NaN too
             raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be a finite number")
-        if self.kind is CommandKind.TRACTION:
+        if self.kind.is_effort:
             if self.value < 0.0:
-                raise CommandError(f"{self.locomotive}: traction = {self.value} N, must be 0 or more")
+                raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value} N, must be 0 or more")
         elif not 0.0 <= self.value <= 1.0:
             raise CommandError(f"{self.locomotive}: {self.kind.value} = {self.value}, must be 0 (release) to 1 (full)")

@@ -18,7 +18,16 @@ class AppliedBrake:
     value: float
 
 
-LogEntry = TimedRequest | AppliedBrake | Event
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a locomotive pulls or brakes electrically with has changed: ``value`` [N], forward positive."""
+
+    time_ns: int
+    locomotive: str
+    value: float
+
+
+LogEntry = TimedRequest | AppliedBrake | Effort | Event
 
 
 @dataclass(frozen=True, slots=True, eq=False)

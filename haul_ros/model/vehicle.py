@@ -60,13 +60,45 @@ def shoe_force_from_cylinder(
 
 
 @dataclass(frozen=True, slots=True)
+class Adhesion:
+    """Adhesion coefficient ``constant + numerator / (offset + v)`` with v, numerator and offset in m/s."""
+
+    constant: float
+    numerator: float
+    offset: float
+
+    def coefficient(self, speed: float) -> float:
+        """At a speed [m/s]."""
+        return self.constant + self.numerator / (self.offset + speed)
+
+
+@dataclass(frozen=True, slots=True)
+class ElectricBrake:
+    """Electric brake of a locomotive.
+
+    At most ``max_force`` [N] and ``max_power`` [W]; below ``fade_speed`` [m/s] it fades linearly to nothing at rest.
+    ``stays_in_emergency``: an emergency does not end it; ``interlock``: while it acts, the locomotive's own air brake
+    is held off, but in an emergency.
+    """
+
+    max_force: float = 0.0
+    max_power: float = math.inf
+    fade_speed: float = kmh_to_mps(10.0)
+    stays_in_emergency: bool = False
+    interlock: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleType:
     """One kind of wagon or locomotive.
 
     Mass [kg], length over couplers [m]; ``shoe_force`` [N] is the force on each of the ``shoes``
     brake shoes and ``cylinder_pressure`` [Pa] the brake cylinder pressure, both in a fully
     developed emergency application; ``max_tractive_effort`` [N] is 0 for a wagon, ``max_power`` [W] that of its
-    traction, infinite: without a limit.
+    traction, infinite: without a limit. Tractive effort falls linearly from the largest, at rest, to
+    ``continuous_effort`` [N] at ``continuous_speed`` [m/s] (0: it does not). An effort takes ``effort_rise_time`` [s]
+    from nothing to the largest (0: at once); between traction and electric braking ``changeover_time`` [s] pass.
+    ``adhesion`` None: the rails take everything.
     """
 
     name: str
@@ -79,3 +111,9 @@ class VehicleType:
     cylinder_pressure: float
     max_tractive_effort: float = 0.0
     max_power: float = math.inf
+    continuous_effort: float = 0.0
+    continuous_speed: float = 0.0
+    effort_rise_time: float = 0.0
+    changeover_time: float = 0.0
+    electric_brake: ElectricBrake = ElectricBrake()
+    adhesion: Adhesion | None = None

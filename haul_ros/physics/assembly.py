@@ -169,8 +169,31 @@ def _vehicle(vehicle: VehicleType, centre_offset: float) -> tuple[float, ...]:
         "friction_v0_slope": friction.v0_slope,
         "friction_v0_reference": friction.v0_reference,
         "max_power": vehicle.max_power,
+        **_efforts(vehicle),
     }
     return tuple(numbers[name] for name in data.VehicleParameters._fields)
+
+
+def _efforts(vehicle: VehicleType) -> dict[str, float]:
+    """Numbers of traction and electric brake by their names in `VehicleParameters`."""
+    electric, adhesion = vehicle.electric_brake, vehicle.adhesion
+    full = max(vehicle.max_tractive_effort, electric.max_force)
+    fall = vehicle.max_tractive_effort - vehicle.continuous_effort
+    return {
+        "max_effort": vehicle.max_tractive_effort if vehicle.continuous_speed > 0.0 else np.inf,
+        "effort_slope": fall / vehicle.continuous_speed if vehicle.continuous_speed > 0.0 else 0.0,
+        "effort_speed": vehicle.continuous_speed,
+        "max_electric_brake": electric.max_force,
+        "electric_power": electric.max_power,
+        "electric_fade_speed": electric.fade_speed,
+        "electric_in_emergency": float(electric.stays_in_emergency),
+        "interlock": float(electric.interlock),
+        "adhesion_constant": adhesion.constant if adhesion else np.inf,
+        "adhesion_numerator": adhesion.numerator if adhesion else 0.0,
+        "adhesion_offset": adhesion.offset if adhesion else 1.0,
+        "effort_rate": full / vehicle.effort_rise_time if vehicle.effort_rise_time > 0.0 else np.inf,
+        "changeover_time": vehicle.changeover_time,
+    }
 
 
 def _gear_parameters(gears: Sequence[DraftGear], mass: Floats) -> Floats:

@@ -28,7 +28,8 @@ class EnergyBalance:
     """Energies [J] since the start of a run.
 
     ``gear_stored`` is what the draft gears would give back if let out slowly, ``gear_dissipated`` what they have
-    turned into heat; ``gravity_work`` and ``traction_work`` were given to the train.
+    turned into heat; ``gravity_work`` and ``traction_work`` were given to the train, ``electric_brake_work`` was taken
+    from it as those of brakes and resistance.
     """
 
     kinetic_start: float
@@ -39,11 +40,13 @@ class EnergyBalance:
     traction_work: float
     gear_stored: float
     gear_dissipated: float
+    electric_brake_work: float = 0.0
 
     @property
     def imbalance(self) -> float:
         """Energy that has appeared from nowhere (or, negative, vanished) [J]."""
-        spent = self.brake_work + self.resistance_work + self.gear_stored + self.gear_dissipated
+        braked = self.brake_work + self.electric_brake_work + self.resistance_work
+        spent = braked + self.gear_stored + self.gear_dissipated
         return self.kinetic + spent - self.kinetic_start - self.gravity_work - self.traction_work
 
     @property
@@ -81,4 +84,5 @@ def energy_balance(model: TrainModel) -> EnergyBalance:
         traction_work=float(np.sum(vehicles.traction_work)),
         gear_stored=stored,
         gear_dissipated=float(np.sum(gears.dissipated)),
+        electric_brake_work=float(np.sum(vehicles.electric_work)),
     )

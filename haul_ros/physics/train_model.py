@@ -238,9 +238,47 @@ class TrainModel:
         return left
 
     def set_traction(self, vehicle: int, force: float) -> None:
-        """Set the tractive effort [N] of a vehicle from the present time on; its power may give less."""
-        self._train.vehicles.traction_demand[vehicle] = force
+        """Ask a vehicle for a tractive effort [N] from the present time on; it gives what it can, at its own rate.
+
+        None leaves an electric brake alone.
+        """
+        if force != 0.0 or not self._train.vehicles.effort_asked[vehicle] < 0.0:
+            self._ask_effort(vehicle, force)
+
+    def set_electric_brake(self, vehicle: int, force: float) -> None:
+        """Ask a vehicle for an electric brake force [N], in the same way; none leaves traction alone."""
+        if force != 0.0 or not self._train.vehicles.effort_asked[vehicle] > 0.0:
+            self._ask_effort(vehicle, -force)
+
+    def _ask_effort(self, vehicle: int, effort: float) -> None:
+        vehicles = self._train.vehicles
+        vehicles.effort_asked[vehicle] = effort
+        if self._train.vehicle_parameters.effort_rate[vehicle] == np.inf:
+            vehicles.traction_demand[vehicle] = effort
+        if effort != 0.0:
+            self._train.counters.has_traction[0] = 1
         advance(self._blocks, 0)
+
+    def drop_efforts(self, vehicle: int) -> None:
+        """An emergency at a vehicle: traction ends at once, the electric brake too unless it is to stay."""
+        vehicles = self._train.vehicles
+        stays = self._train.vehicle_parameters.electric_in_emergency[vehicle] == 1.0
+        least = -np.inf if stays else 0.0
+        for row in (vehicles.effort_asked, vehicles.traction_demand):
+            row[vehicle] = min(max(row[vehicle], least), 0.0)
+        advance(self._blocks, 0)
+
+    def stop_pulling(self, vehicle: int) -> None:
+        """End the tractive effort of a vehicle at once; an electric brake stays."""
+        vehicles = self._train.vehicles
+        for row in (vehicles.effort_asked, vehicles.traction_demand):
+            row[vehicle] = min(row[vehicle], 0.0)
+        advance(self._blocks, 0)
+
+    @property
+    def efforts(self) -> Floats:
+        """Tractive effort, or negative electric brake, of every vehicle (n_vehicles,) [N], as it acts; a copy."""
+        return self._train.vehicles.traction.copy()
 
     def set_radio_link(self, vehicle: int, connected: bool) -> None:
         """Say whether the radio link to a locomotive is up; while it is down, a brake wave ends its traction.
@@ -249,7 +287,7 @@ class TrainModel:
         """
         self._train.vehicles.link_down[vehicle] = 0.0 if connected else 1.0
         if self.stopped_by_pipe(vehicle):
-            self.set_traction(vehicle, 0.0)
+            self.stop_pulling(vehicle)
 
     def stopped_by_pipe(self, vehicle: int) -> bool:
         """Whether the brake pipe alone keeps a locomotive from pulling: its link is down, and a brake is applied."""

@@ -88,11 +88,13 @@ def _command(document: Document, path: KeyPath, train: Consist) -> Command:
     if "brake" in entry:
         return Command(locomotive.name, CommandKind.BRAKE, float(entry["brake"]))
     vehicle = train.vehicles[locomotive.vehicle]
-    effort = entry["traction_kN"] * 1e3
-    if effort > vehicle.max_tractive_effort:
-        limit = vehicle.max_tractive_effort / 1e3
-        raise document.refusal((*path, "traction_kN"), f"must be at most {limit:g}, all that {vehicle.name} has")
-    return Command(locomotive.name, CommandKind.TRACTION, effort)
+    if "traction_kN" in entry:
+        key, kind, most = "traction_kN", CommandKind.TRACTION, vehicle.max_tractive_effort
+    else:
+        key, kind, most = "electric_brake_kN", CommandKind.ELECTRIC_BRAKE, vehicle.electric_brake.max_force
+    if entry[key] * 1e3 > most:
+        raise document.refusal((*path, key), f"must be at most {most / 1e3:g}, all that {vehicle.name} has")
+    return Command(locomotive.name, kind, entry[key] * 1e3)
 
 
 def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:
@@ -101,7 +103,7 @@ def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:
     Raises
     ------
     ScenarioError
-        A locomotive that the train does not have, or more traction than it has.
+        A locomotive that the train does not have, or more traction or electric brake than it has.
     """
     timed = [
         TimedRequest(seconds_to_ns(entry["at_s"]), _command(document, ("commands", index), train))

@@ -5,11 +5,25 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from haul_ros.model.vehicle import RunningResistance, ShoeFriction, VehicleType, shoe_force_from_cylinder
+from haul_ros.model.vehicle import (
+    Adhesion,
+    ElectricBrake,
+    RunningResistance,
+    ShoeFriction,
+    VehicleType,
+    shoe_force_from_cylinder,
+)
 from haul_ros.units import kmh_to_mps
 
 _KMH_PER_MPS = 3.6
 _DEFAULT_MINIMUM_SPEED_KMH = 10.0
+
+ADHESION = {
+    "chinese_electric": Adhesion(0.24, kmh_to_mps(12.0 / 8.0), kmh_to_mps(100.0 / 8.0)),
+    "chinese_diesel": Adhesion(0.248, kmh_to_mps(5.9 / 20.0), kmh_to_mps(75.0 / 20.0)),
+    "curtius_kniffler": Adhesion(0.161, kmh_to_mps(7.5), kmh_to_mps(44.0)),
+}
+"""Adhesion coefficients by their names in the schema: TB/T 1407-1998 (from general knowledge), Curtius and Kniffler."""
 
 
 def running_resistance(entry: dict[str, Any]) -> RunningResistance:
@@ -52,6 +66,18 @@ def _shoe_force(entry: dict[str, Any]) -> float:
     )
 
 
+def _electric_brake(entry: dict[str, Any] | None) -> ElectricBrake:
+    if entry is None:
+        return ElectricBrake()
+    return ElectricBrake(
+        max_force=entry["max_force_kN"] * 1e3,
+        max_power=entry.get("max_power_kW", math.inf) * 1e3,
+        fade_speed=kmh_to_mps(entry.get("fade_below_kmh", 10.0)),
+        stays_in_emergency=entry.get("in_emergency") == "keep",
+        interlock=bool(entry.get("interlock", False)),
+    )
+
+
 def vehicle_types(data: dict[str, Any]) -> dict[str, VehicleType]:
     """All vehicles of a complete scenario by name."""
     frictions = {name: shoe_friction(entry) for name, entry in data["brake_shoes"].items()}
@@ -68,6 +94,12 @@ def vehicle_types(data: dict[str, Any]) -> dict[str, VehicleType]:
             cylinder_pressure=entry["cylinder_pressure_kPa"] * 1e3,
             max_tractive_effort=entry.get("max_tractive_effort_kN", 0.0) * 1e3,
             max_power=entry.get("max_power_kW", math.inf) * 1e3,
+            continuous_effort=entry.get("continuous_effort_kN", 0.0) * 1e3,
+            continuous_speed=kmh_to_mps(entry.get("continuous_speed_kmh", 0.0)),
+            effort_rise_time=float(entry.get("effort_rise_time_s", 0.0)),
+            changeover_time=float(entry.get("changeover_time_s", 0.0)),
+            electric_brake=_electric_brake(entry.get("electric_brake")),
+            adhesion=ADHESION.get(entry.get("adhesion", "")),
         )
         for name, entry in data["vehicles"].items()
     }

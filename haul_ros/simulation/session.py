@@ -189,6 +189,7 @@ class Session:
             self._logged_step = self.step
             sample = self.sample()
             self._entries += self._events.update(self._state(sample))
+            self._entries += self._locomotives.changed_efforts(time_ns)
         entries = tuple(sorted(self._entries, key=lambda entry: entry.time_ns))
         self._entries.clear()
         return PeriodLog(time_ns, entries, sample, self._due_extremes(time_ns, last))
@@ -274,7 +275,7 @@ class Session:
     def _schedule(self, time: float, command: Command) -> None:
         steps = time / self.scenario.time_step
         # A wave starts within the step that holds its time; tractive effort and air change between steps.
-        late = command.kind is CommandKind.TRACTION or self._model.pneumatic is not None
+        late = command.kind.is_effort or self._model.pneumatic is not None
         step = math.ceil(steps - _ROUNDING) if late else math.floor(steps + _ROUNDING)
         heapq.heappush(self._arrivals, _Arrival(max(step, self.step), time, next(self._order), command))
 

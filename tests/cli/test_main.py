@@ -26,7 +26,10 @@ def test_the_version_is_that_of_the_package(haul: Haul) -> None:
     [
         ((), "haul: the following arguments are required: COMMAND (see haul --help)"),
         (("run",), "haul: the following arguments are required: SCENARIO (see haul run --help)"),
-        (("run", "nothing"), "haul: nothing: no such scenario, expected a scenario file (YAML) or one of aar_unit_train,"),
+        (
+            ("run", "nothing"),
+            "haul: nothing: no such scenario, expected a scenario file (YAML) or one of aar_unit_",
+        ),
         (("run", "short.yaml", "--set", "speed"), "haul: override 'speed': expected KEY=VALUE"),
         (("run", "short.yaml", "--set", "initial_speed_kmh=-1"), "haul: "),
         (("run", "short.yaml", "-o", "no/where.mcap"), "haul: no/where.mcap: folder no does not exist"),

@@ -19,11 +19,21 @@ def test_every_topic_of_the_contract_is_there_once() -> None:
     private = ["couplers", "vehicles", "brake_cylinder_pressure", "events"]
     private += ["max_compression", "max_tension", "real_time_factor"]
     for locomotive in ("master", "slave_1", "slave_2"):
-        names = ("applied_brake", "brake_command", "emergency_brake", "traction_command")
-        private += [f"{locomotive}/{name}" for name in names]
+        names = ("applied_brake", "tractive_effort")
+        commands = ("brake_command", "emergency_brake", "traction_command", "electric_brake_command")
+        private += [f"{locomotive}/{name}" for name in (*names, *commands)]
     for slave in ("slave_1", "slave_2"):
         private += [f"{slave}/{name}" for name in RADIO]
     assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in private)}
+
+
+def test_pipe_and_reservoirs_have_topics_with_a_pneumatic_brake_only() -> None:
+    pneumatic = channel_table(["master"], pneumatic=True)
+    names = [channel.topic.rsplit("/", 1)[1] for channel in pneumatic.pressures]
+    assert names == ["brake_cylinder_pressure", "brake_pipe_pressure", "auxiliary_reservoir_pressure"]
+    assert set(pneumatic.pressures) <= set(pneumatic)
+    assert set(pneumatic.pressures) <= set(pneumatic.samples)
+    assert len(list(pneumatic)) == len(list(channel_table(["master"]))) + 2
 
 
 def test_private_topics_follow_the_name_of_the_node() -> None:
@@ -35,13 +45,13 @@ def test_private_topics_follow_the_name_of_the_node() -> None:
 
 def test_only_state_that_changes_seldom_is_latched() -> None:
     latched = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.qos.durability is QosDurability.TRANSIENT_LOCAL}
-    assert latched == {"applied_brake", *RADIO}
+    assert latched == {"applied_brake", "tractive_effort", *RADIO}
     assert TABLE.couplers.qos.depth == 50
 
 
 def test_commands_are_received_and_nothing_else() -> None:
     received = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.received}
-    assert received == {"brake_command", "emergency_brake", "traction_command"}
+    assert received == {"brake_command", "emergency_brake", "traction_command", "electric_brake_command"}
     assert {c.topic.rsplit("/", 1)[1] for c in TABLE if not c.received}.isdisjoint(received)
 
 

@@ -19,7 +19,10 @@ from tests.empirical import wave_brakes
 from tests.simulation.log_entries import of_kind
 
 # Locomotive + 10 wagons + 2 locomotives + 10 wagons + locomotive, service waves 200 m/s, release 150, emergency 220.
-SMALL = load_scenario("daqin_1_2_1", {"consist.1.count": 10, "consist.3.count": 10})
+# Their tractive effort is there within a step.
+SMALL = load_scenario(
+    "daqin_1_2_1", {"consist.1.count": 10, "consist.3.count": 10, "vehicles.SS4.effort_rise_time_s": 1e-9}
+)
 SLAVES = ("slave_1", "slave_2", "slave_3")
 FULL_SERVICE = wave_brakes(SMALL).full_service
 DOWN = RadioLink(connected=False)

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from haul_ros.errors import CommandError
 from haul_ros.model.air_brake import ATMOSPHERE
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import Effort
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
@@ -206,3 +208,40 @@ def test_gauge_and_absolute_pressures_differ_by_the_atmosphere() -> None:
     pressure = session.sample().pipe_pressure
     assert pressure is not None
     assert pressure == pytest.approx(session._model.train.air_state.pipe - ATMOSPHERE)
+
+
+def test_an_electric_brake_goes_over_the_radio_is_recorded_and_shows_what_acts() -> None:
+    session = Session(scenario(initial_speed_kmh=60))
+    session.take_log()
+    session.request(brake("master", 300e3, CommandKind.ELECTRIC_BRAKE))
+    efforts: dict[str, list[tuple[int, float]]] = {"master": [], "slave_1": []}
+    for _ in range(1500):
+        session.advance()
+        for entry in session.take_log().entries:
+            if isinstance(entry, Effort):
+                efforts[entry.locomotive].append((entry.time_ns, entry.value))
+    assert {name: values[-1][1] for name, values in efforts.items()} == {"master": -300e3, "slave_1": -300e3}
+    assert efforts["slave_1"][0][0] - efforts["master"][0][0] == pytest.approx(10**9, abs=40_000_000)
+    energy = session.energy()
+    assert energy.electric_brake_work > 0.0
+    assert abs(energy.relative_imbalance) < 1e-9
+
+
+def test_more_than_the_electric_brake_has_is_refused() -> None:
+    session = Session(scenario())
+    with pytest.raises(CommandError, match=r"master: electric_brake = 400000.0 N, must be at most 382000.0 N"):
+        session.request(brake("master", 400e3, CommandKind.ELECTRIC_BRAKE))
+    with pytest.raises(CommandError, match="must be 0 or more"):
+        session.request(brake("master", -1.0, CommandKind.ELECTRIC_BRAKE))
+
+
+def test_a_service_application_leaves_the_electric_brake_and_ends_traction() -> None:
+    session = Session(scenario(initial_speed_kmh=60))
+    session.request(brake("master", 200e3, CommandKind.ELECTRIC_BRAKE))
+    session.advance(15_000)
+    session.request(brake("master", 0.3))
+    session.advance(3_000)
+    assert (session._model.efforts[[0, 21]] == -200e3).all()
+    session.request(brake("master", 1.0, CommandKind.EMERGENCY))
+    session.advance(2_000)
+    assert (session._model.efforts == 0.0).all()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.log import AppliedBrake
+from haul_ros.model.log import AppliedBrake, Effort
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.simulation.session import Session
@@ -26,7 +26,7 @@ def test_a_log_begins_with_every_link_and_every_brake_released() -> None:
     session = Session(scenario(radio=JITTERY))
     assert session.take_log().entries == (
         *(TimedRequest(0, RadioLinkChange(slave, 0.3, 0.5, 0.2, True)) for slave in SLAVES),
-        *(AppliedBrake(0, name, 0.0) for name in ("master", *SLAVES)),
+        *(kind(0, name, 0.0) for name in ("master", *SLAVES) for kind in (AppliedBrake, Effort)),
     )
     assert session.take_log().entries == ()
 

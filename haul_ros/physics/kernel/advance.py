@@ -98,7 +98,7 @@ def advance(blocks: Blocks, n_steps: int) -> None:
                 blocks.waves,
                 masses.velocity,
                 blocks.mass_index,
-                parameters.centre_offset,
+                parameters,
                 brakes,
                 vehicles_of(blocks.vehicles),
                 start,

@@ -23,10 +23,15 @@ from haul_ros.physics.kernel.blocks import (
     vehicles_of,
 )
 from haul_ros.physics.kernel.brake_force import set_coefficients
-from haul_ros.physics.kernel.data import Record, VehicleState
+from haul_ros.physics.kernel.data import Record, VehicleParameters, VehicleState
+from haul_ros.physics.kernel.effort import drop_efforts, stop_pulling
 
 OFF = 0.01
 """Fraction of full cylinder pressure below which a brake counts as released: a new application begins there."""
+
+
+VENTED = 100e3
+"""Gauge pressure of the pipe [Pa] below which an emergency has vented it: no electric brake holds an air brake off."""
 
 
 @outer
@@ -37,6 +42,7 @@ def _air_step(
     state: AirState,
     driver_parameters: DriverValveParameters,
     driver_valves: DriverValveState,
+    vehicle_parameters: VehicleParameters,
     vehicles: VehicleState,
 ) -> None:
     """One step of the air in the train; locomotives that it tells to do so stop pulling."""
@@ -46,8 +52,10 @@ def _air_step(
         link_down = vehicles.link_down[i]
         driver_valve(air, account, parameters, state, driver_parameters, driver_valves, k, link_down)
         vented = driver_valves.tripped[k] == 1.0 or driver_valves.emergency[k] == 1.0
-        if vented or (link_down == 1.0 and told_by_pipe(air, driver_valves, k, state.pipe[i])):
-            vehicles.traction_demand[i] = 0.0
+        if vented:
+            drop_efforts(vehicle_parameters, vehicles, i)
+        elif link_down == 1.0 and told_by_pipe(air, driver_valves, k, state.pipe[i]):
+            stop_pulling(vehicles, i)
     pipe_flow(air, parameters, state)
     pipe_pressure(air, parameters, state)
 
@@ -67,11 +75,12 @@ def advance_air(blocks: Blocks) -> None:
                 state,
                 driver_valve_parameters_of(blocks.driver_valve_parameters),
                 driver_valves_of(blocks.driver_valves),
+                vehicle_parameters_of(blocks.vehicle_parameters),
                 vehicles_of(blocks.vehicles),
             )
     part = (phase + 1.0) / air.every
     vehicle_parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
-    velocity = masses_of(blocks.masses).velocity
+    velocity, vehicles = masses_of(blocks.masses).velocity, vehicles_of(blocks.vehicles)
     for i in range(brakes.fraction.shape[0]):
         pressure = state.cylinder_before[i] + part * (state.cylinder[i] - state.cylinder_before[i])
         if brakes.fraction[i] < OFF:
@@ -80,5 +89,9 @@ def advance_air(blocks: Blocks) -> None:
         brakes.gain_start[i] = brakes.gain_end[i]
         brakes.offset_start[i] = brakes.offset_end[i]
         set_coefficients(blocks.settings[0], vehicle_parameters, brakes, i)
+        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0
+        if braking and state.pipe[i] > air.atmosphere + VENTED:
+            brakes.gain_end[i] = 0.0
+            brakes.offset_end[i] = 0.0
         brakes.gain[i] = brakes.gain_end[i]
         brakes.offset[i] = brakes.offset_end[i]

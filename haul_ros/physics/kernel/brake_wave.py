@@ -14,8 +14,10 @@ from haul_ros.physics.kernel.data import (
     Ints,
     Record,
     Records,
+    VehicleParameters,
     VehicleState,
 )
+from haul_ros.physics.kernel.effort import drop_efforts, stop_pulling
 
 
 @inner
@@ -41,6 +43,7 @@ def _arrive(
     settings: Record,
     wave: Record,
     brakes: BrakeState,
+    parameters: VehicleParameters,
     vehicles: VehicleState,
     i: int,
     speed: float,
@@ -63,7 +66,7 @@ def _arrive(
         brakes.latched[i] = 1.0
         brakes.target[i] = 1.0
         brakes.latched_by[i] = max(brakes.latched_by[i], wave.serial)
-        vehicles.traction_demand[i] = 0.0  # a locomotive stops pulling when its brake pipe is vented
+        drop_efforts(parameters, vehicles, i)
     elif wave.kind == EMERGENCY_RELEASE:
         brakes.latched[i] = 0.0
         brakes.target[i] = 0.0
@@ -73,7 +76,7 @@ def _arrive(
         brakes.target[i] = max(target, wave.level)
         brakes.applied_by[i] = max(brakes.applied_by[i], wave.serial)
         if vehicles.link_down[i] != 0.0:  # the brake pipe is all that tells this locomotive of an application
-            vehicles.traction_demand[i] = 0.0
+            stop_pulling(vehicles, i)
     elif wave.kind == RELEASE:
         brakes.target[i] = min(target, wave.level)
         brakes.released_by[i] = max(brakes.released_by[i], wave.serial)
@@ -92,7 +95,7 @@ def advance_waves(
     waves: Records,
     velocity: Floats,
     mass_index: Ints,
-    centre_offset: Floats,
+    parameters: VehicleParameters,
     brakes: BrakeState,
     vehicles: VehicleState,
     start: float,
@@ -103,6 +106,7 @@ def advance_waves(
     Arrivals need not fall on time steps: the cylinder starts to fill at the exact arrival time.
     Waves that have left the train are removed, the others keep their order.
     """
+    centre_offset = parameters.centre_offset
     n_vehicles = centre_offset.shape[0]
     kept = 0
     for w in range(counters.waves):
@@ -115,7 +119,7 @@ def advance_waves(
                 if arrival > time:
                     break
                 speed = abs(velocity[mass_index[i]])
-                _arrive(settings, wave, brakes, vehicles, i, speed, start, arrival)
+                _arrive(settings, wave, brakes, parameters, vehicles, i, speed, start, arrival)
                 i += direction
             if direction < 0:
                 wave.ahead = i

@@ -28,6 +28,7 @@ from haul_ros.physics.kernel.data import (
     VehicleTrial,
 )
 from haul_ros.physics.kernel.drawbar import spread, update_drawbars
+from haul_ros.physics.kernel.effort import commit_efforts
 
 LEAST_FRICTION = 1e-9
 """Friction [N] below which there is none to share among the members of a mass."""
@@ -80,7 +81,7 @@ def _commit_friction(available: Floats, mobilised: Floats, travelled: Floats, fo
 
 @inner
 def _commit_external(new_force: Floats, travelled: Floats, force: Floats, work: Floats) -> None:
-    """Force of traction or gravity at the end of the step, and its work by the trapezoidal rule."""
+    """Force of gravity at the end of the step, and its work by the trapezoidal rule."""
     for i in range(force.shape[0]):
         mean = 0.5 * (force[i] + new_force[i])
         work[i] += mean * travelled[i]
@@ -138,9 +139,8 @@ def commit_forces(blocks: Blocks, h: float) -> None:
         vehicle_trial.resistance_force, mobilised, travelled, vehicles.resistance_force, vehicles.resistance_work
     )
     if blocks.counters[0].has_traction:
-        _commit_external(vehicle_trial.traction, travelled, vehicles.traction, vehicles.traction_work)
-        for i in range(vehicles.traction.shape[0]):
-            vehicles.traction_in_force[i] = vehicles.traction_demand[i]
+        changeover_time = vehicle_parameters_of(blocks.vehicle_parameters).changeover_time
+        commit_efforts(vehicles, vehicle_trial, changeover_time, h)
     if blocks.settings[0].has_line:
         _commit_external(vehicle_trial.gravity, travelled, vehicles.gravity, vehicles.gravity_work)
 

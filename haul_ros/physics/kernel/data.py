@@ -77,17 +77,49 @@ class VehicleParameters(NamedTuple):
     """[m/s]"""
     max_power: Floats
     """Of traction; infinite: no limit [W]."""
+    max_effort: Floats
+    """Tractive effort at rest; infinite: as commanded [N]."""
+    effort_slope: Floats
+    """By which this falls with the speed, up to ``effort_speed`` [N s/m]."""
+    effort_speed: Floats
+    """Speed from which the tractive effort does not fall but for its power [m/s]."""
+    max_electric_brake: Floats
+    """Force of the electric brake [N]."""
+    electric_power: Floats
+    """Power of the electric brake [W]."""
+    electric_fade_speed: Floats
+    """Speed below which the electric brake fades, to nothing at rest [m/s]."""
+    electric_in_emergency: Floats
+    """1: an emergency leaves the electric brake on [-]."""
+    interlock: Floats
+    """1: the electric brake holds the vehicle's own air brake off, but in an emergency [-]."""
+    adhesion_constant: Floats
+    """Adhesion coefficient, constant + numerator / (offset + v); infinite: no limit [-]."""
+    adhesion_numerator: Floats
+    """[m/s]"""
+    adhesion_offset: Floats
+    """[m/s]"""
+    effort_rate: Floats
+    """At which the effort follows what is asked for; infinite: at once [N/s]."""
+    changeover_time: Floats
+    """At least between traction and electric brake [s]."""
 
 
 class VehicleState(NamedTuple):
     """Outer forces on every vehicle (v,) at the present time, and their works since the start."""
 
     traction: Floats
-    """Tractive effort, forward positive [N]."""
+    """Tractive effort or electric brake, forward positive [N]."""
+    effort_asked: Floats
+    """What the driver asks for: tractive effort, or negative electric brake [N]."""
     traction_demand: Floats
-    """Tractive effort that is asked for from the present instant, or the end of the step, on [N]."""
+    """As far as this has been followed, from the present instant, or the end of the step, on [N]."""
     traction_in_force: Floats
     """The demand that ``traction`` comes from [N]."""
+    changeover_left: Floats
+    """Until traction may follow on electric braking, or the other way round [s]."""
+    effort_sense: Floats
+    """1 after traction, -1 after electric braking, 0 before either [-]."""
     link_down: Floats
     """1 for a locomotive whose radio link is down [-]."""
     gravity: Floats
@@ -104,6 +136,8 @@ class VehicleState(NamedTuple):
     """Given to the train [J]."""
     traction_work: Floats
     """Given to the train [J]."""
+    electric_work: Floats
+    """Taken from the train by the electric brake [J]."""
 
 
 class BrakeState(NamedTuple):
@@ -147,7 +181,9 @@ class VehicleTrial(NamedTuple):
     """Trial values of every vehicle (v,) for the end of the step."""
 
     traction: Floats
-    """Tractive effort [N]."""
+    """Tractive effort or electric brake [N]."""
+    traction_demand: Floats
+    """What it comes from [N]."""
     gravity: Floats
     """[N]"""
     curve_drag: Floats

@@ -57,8 +57,8 @@ from haul_ros.physics.kernel.data import (
     VehicleTrial,
 )
 from haul_ros.physics.kernel.drawbar import collect, collect_both, spread
+from haul_ros.physics.kernel.effort import tractive_efforts
 from haul_ros.physics.kernel.resistance import line_forces, running_resistance
-from haul_ros.physics.kernel.traction import tractive_efforts
 from haul_ros.physics.kernel.tridiagonal import solve_tridiagonal
 
 MAX_ITERATIONS = 25
@@ -207,7 +207,7 @@ def _external_forces(blocks: Blocks, h: float) -> None:
             vehicles_of(blocks.vehicles),
             masses_of(blocks.masses),
             blocks.mass_index,
-            vehicle_trial_of(blocks.vehicles).traction,
+            vehicle_trial_of(blocks.vehicles),
             h,
         )
     if settings.has_line or blocks.counters[0].has_traction:

@@ -14,30 +14,7 @@ from haul_ros.physics.kernel.blocks import (
     vehicles_of,
 )
 from haul_ros.physics.kernel.commit import mobilised_share
-from haul_ros.physics.kernel.data import Floats, Ints, MassState, VehicleParameters, VehicleState
-
-
-@inner
-def limited_effort(demand: float, max_power: float, speed: float) -> float:
-    """Tractive effort [N]: what is asked for, or what the power [W] gives at a speed [m/s] of either sign."""
-    speed = abs(speed)
-    return demand if demand * speed <= max_power else max_power / speed
-
-
-@inner
-def tractive_efforts(
-    parameters: VehicleParameters,
-    vehicles: VehicleState,
-    masses: MassState,
-    mass_index: Ints,
-    effort: Floats,
-    h: float,
-) -> None:
-    """Tractive effort of every vehicle at the end of a step, at the speed that the acceleration predicts."""
-    for i in range(effort.shape[0]):
-        m = mass_index[i]
-        speed = masses.velocity[m] + h * masses.acceleration[m]
-        effort[i] = limited_effort(vehicles.traction_demand[i], parameters.max_power[i], speed)
+from haul_ros.physics.kernel.effort import effort_at
 
 
 @inner
@@ -51,12 +28,12 @@ def take_up_traction(blocks: Blocks) -> None:
         masses_of(blocks.masses),
         mass_parameters_of(blocks.mass_parameters).mass,
     )
-    max_power = vehicle_parameters_of(blocks.vehicle_parameters).max_power
+    parameters = vehicle_parameters_of(blocks.vehicle_parameters)
     for i in range(vehicles.traction.shape[0]):
         if vehicles.traction_demand[i] == vehicles.traction_in_force[i]:
             continue
         m = blocks.mass_index[i]
-        effort = limited_effort(vehicles.traction_demand[i], max_power[i], masses.velocity[m])
+        effort = effort_at(parameters, i, vehicles.traction_demand[i], masses.velocity[m])
         change = effort - vehicles.traction[i]
         vehicles.traction_in_force[i] = vehicles.traction_demand[i]
         vehicles.traction[i] = effort

@@ -1,0 +1,112 @@
+"""What a locomotive gives of the traction and electric braking that is asked for: curves, power, adhesion, rates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haul_ros.physics.kernel._jit import inner
+from haul_ros.physics.kernel.data import Floats, Ints, MassState, VehicleParameters, VehicleState, VehicleTrial
+
+
+@inner
+def limited_effort(demand: float, max_power: float, speed: float) -> float:
+    """Effort [N]: what is asked for, or what the power [W] gives at a speed [m/s] of either sign."""
+    speed = abs(speed)
+    return demand if demand * speed <= max_power else max_power / speed
+
+
+@inner
+def _adhesion(parameters: VehicleParameters, i: int, speed: float) -> float:
+    """What the rails can take at a speed [N]."""
+    coefficient = parameters.adhesion_constant[i] + parameters.adhesion_numerator[i] / (
+        parameters.adhesion_offset[i] + speed
+    )
+    return coefficient * parameters.weight[i]
+
+
+@inner
+def effort_at(parameters: VehicleParameters, i: int, demand: float, velocity: float) -> float:
+    """Tractive effort, or negative electric brake, that a vehicle gives at a velocity [N], forward positive.
+
+    Traction: at most curve, power over speed, adhesion. Electric brake: at most its force, power over speed, adhesion,
+    fading linearly to nothing at rest; it opposes motion.
+    """
+    speed = abs(velocity)
+    adhesion = _adhesion(parameters, i, speed)
+    if demand >= 0.0:
+        curve = parameters.max_effort[i] - parameters.effort_slope[i] * min(speed, parameters.effort_speed[i])
+        return limited_effort(min(demand, curve, adhesion), parameters.max_power[i], speed)
+    force = limited_effort(min(-demand, parameters.max_electric_brake[i]), parameters.electric_power[i], speed)
+    force = min(force, adhesion)
+    fade = parameters.electric_fade_speed[i]
+    if speed < fade:
+        force *= speed / fade
+    return -force if velocity >= 0.0 else force
+
+
+@inner
+def _followed(parameters: VehicleParameters, vehicles: VehicleState, i: int, h: float) -> float:
+    """Demand at the end of a step: what is asked for, as fast as the vehicle follows."""
+    asked, demand = vehicles.effort_asked[i], vehicles.traction_demand[i]
+    if asked == demand or parameters.effort_rate[i] == np.inf:
+        return demand
+    if asked * vehicles.effort_sense[i] < 0.0 and demand * vehicles.effort_sense[i] <= 0.0:
+        goal = asked if vehicles.changeover_left[i] <= 0.0 else 0.0
+    else:
+        goal = 0.0 if asked * demand < 0.0 else asked
+    change = parameters.effort_rate[i] * h
+    return max(goal, demand - change) if goal < demand else min(goal, demand + change)
+
+
+@inner
+def tractive_efforts(
+    parameters: VehicleParameters,
+    vehicles: VehicleState,
+    masses: MassState,
+    mass_index: Ints,
+    trial: VehicleTrial,
+    h: float,
+) -> None:
+    """Tractive effort of every vehicle at the end of a step, at the speed that the acceleration predicts."""
+    effort, demand = trial.traction, trial.traction_demand
+    for i in range(effort.shape[0]):
+        m = mass_index[i]
+        speed = masses.velocity[m] + h * masses.acceleration[m]
+        demand[i] = _followed(parameters, vehicles, i, h)
+        effort[i] = effort_at(parameters, i, demand[i], speed) if demand[i] != 0.0 else 0.0
+
+
+@inner
+def commit_efforts(vehicles: VehicleState, trial: VehicleTrial, changeover_time: Floats, h: float) -> None:
+    """Efforts at the end of a step become those of the present time, and their works by the trapezoidal rule."""
+    for i in range(vehicles.traction.shape[0]):
+        if vehicles.traction[i] == 0.0 and trial.traction_demand[i] == 0.0:
+            vehicles.changeover_left[i] -= h
+            continue
+        work = 0.5 * (vehicles.traction[i] + trial.traction[i]) * trial.displacement_change[i]
+        if vehicles.traction_demand[i] < 0.0 or trial.traction_demand[i] < 0.0:
+            vehicles.electric_work[i] -= work
+        else:
+            vehicles.traction_work[i] += work
+        vehicles.traction[i] = trial.traction[i]
+        vehicles.traction_demand[i] = trial.traction_demand[i]
+        vehicles.traction_in_force[i] = trial.traction_demand[i]
+        if trial.traction_demand[i] != 0.0:
+            vehicles.effort_sense[i] = np.sign(trial.traction_demand[i])
+            vehicles.changeover_left[i] = changeover_time[i]
+
+
+@inner
+def stop_pulling(vehicles: VehicleState, i: int) -> None:
+    """A vehicle gives no tractive effort any more; an electric brake stays."""
+    vehicles.effort_asked[i] = min(vehicles.effort_asked[i], 0.0)
+    vehicles.traction_demand[i] = min(vehicles.traction_demand[i], 0.0)
+
+
+@inner
+def drop_efforts(parameters: VehicleParameters, vehicles: VehicleState, i: int) -> None:
+    """An emergency has reached a vehicle: traction ends at once, the electric brake too unless it is to stay."""
+    stop_pulling(vehicles, i)
+    if parameters.electric_in_emergency[i] == 0.0:
+        vehicles.effort_asked[i] = 0.0
+        vehicles.traction_demand[i] = 0.0
