@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
+from haul_ros.model.driver import DriverPlan
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
@@ -19,7 +20,8 @@ class Scenario:
 
     ``radio`` has one link per slave locomotive. ``document`` is the same scenario as
     self-contained YAML text, overrides and catalogue data included: loading it gives an equal
-    scenario, so a recording that carries it can be simulated again. ``caveats`` are one-line
+    scenario, so a recording that carries it can be simulated again. ``driver``: who drives beside the timed commands,
+    None: nobody. ``caveats`` are one-line
     statements on fitted or assumed data used.
     """
 
@@ -36,4 +38,5 @@ class Scenario:
     sample_rate: float
     max_duration: float
     document: str
+    driver: DriverPlan | None = None
     caveats: tuple[str, ...] = ()

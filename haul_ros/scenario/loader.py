@@ -12,7 +12,7 @@ from haul_ros.scenario.brakes import brakes
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
-from haul_ros.scenario.operation import check_time_step, commands, radio_links, time_grid, track
+from haul_ros.scenario.operation import check_time_step, commands, driver, radio_links, time_grid, track
 from haul_ros.scenario.overrides import alters_entry, apply
 from haul_ros.scenario.schema import SCENARIO, check, fill_defaults
 from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
@@ -76,6 +76,7 @@ def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Sc
         sample_rate=sample_rate,
         max_duration=float(data["max_duration_s"]),
         document=dump_yaml(data),
+        driver=driver(document, train),
         caveats=caveats(data),
     )
 

@@ -7,12 +7,13 @@ from typing import Any
 
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
+from haul_ros.model.driver import CyclicBraking, DriverPlan
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
 from haul_ros.physics.stiffness import largest_time_step
 from haul_ros.scenario.document import Document, KeyPath
-from haul_ros.units import seconds_to_ns
+from haul_ros.units import kmh_to_mps, seconds_to_ns
 
 _WHOLE = 1e-9
 
@@ -95,6 +96,50 @@ def _command(document: Document, path: KeyPath, train: Consist) -> Command:
     if entry[key] * 1e3 > most:
         raise document.refusal((*path, key), f"must be at most {most / 1e3:g}, all that {vehicle.name} has")
     return Command(locomotive.name, kind, entry[key] * 1e3)
+
+
+def driver(document: Document, train: Consist) -> DriverPlan | None:
+    """Who drives; None if nobody does.
+
+    Raises
+    ------
+    ScenarioError
+        Speeds that are not in order, or more effort than the weakest of the locomotives has.
+    """
+    entry = document.data.get("driver")
+    if entry is None:
+        return None
+    vehicles = [train.vehicles[locomotive.vehicle] for locomotive in train.locomotives]
+    limits = {
+        "traction_kN": min(vehicle.max_tractive_effort for vehicle in vehicles),
+        "electric_brake_kN": min(vehicle.electric_brake.max_force for vehicle in vehicles),
+    }
+    for key, most in limits.items():
+        if entry[key] * 1e3 > most:
+            raise document.refusal(("driver", key), f"must be at most {most / 1e3:g}, all that every locomotive has")
+    return DriverPlan(
+        speed=kmh_to_mps(entry["speed_kmh"]),
+        traction=entry["traction_kN"] * 1e3,
+        electric_brake=entry["electric_brake_kN"] * 1e3,
+        band=kmh_to_mps(entry["band_kmh"]),
+        reaction_time=float(entry["reaction_s"]),
+        cyclic=_cyclic(document, entry.get("cyclic")),
+    )
+
+
+def _cyclic(document: Document, entry: dict[str, Any] | None) -> CyclicBraking | None:
+    if entry is None:
+        return None
+    if not entry["release_below_kmh"] < entry["apply_above_kmh"] < entry["full_service_above_kmh"]:
+        expected = "must lie between release_below_kmh and full_service_above_kmh"
+        raise document.refusal(("driver", "cyclic", "apply_above_kmh"), expected)
+    return CyclicBraking(
+        apply_speed=kmh_to_mps(entry["apply_above_kmh"]),
+        release_speed=kmh_to_mps(entry["release_below_kmh"]),
+        demand=float(entry["demand"]),
+        recharge_time=float(entry["recharge_s"]),
+        full_service_speed=kmh_to_mps(entry["full_service_above_kmh"]),
+    )
 
 
 def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:

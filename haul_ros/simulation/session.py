@@ -22,6 +22,7 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import StepStatistics, TrainModel
 from haul_ros.simulation.brake_valves import brake_valves
+from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.radio import LinkStatus, Radio
@@ -73,7 +74,8 @@ class Session:
     scenario
         What to run.
     play_commands
-        Give the scenario's own timed commands, each at the first time step not before its time.
+        Give the scenario's own timed commands, each at the first time step not before its time, and let its driver
+        drive.
     requests
         Commands and changes of radio links to carry out in the same way, such as recorded ones.
     """
@@ -103,6 +105,8 @@ class Session:
         self._slices = Slices()
         self._arrivals: list[_Arrival] = []
         timed = sorted([*(scenario.commands if play_commands else ()), *requests], key=lambda entry: entry.time_ns)
+        self._driver = Driver(scenario.driver) if play_commands and scenario.driver else None
+        self._next_look = 0
         self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
 
     # -- state ----------------------------------------------------------------------------------
@@ -138,7 +142,8 @@ class Session:
 
         A train that stands at the start is held only if it has not moved after the first period.
         """
-        waiting = bool(self._timed or self._arrivals) or not self._model.brakes_settled or self.step == 0
+        driven = self._driver is not None and self.steps_left > 0  # may set a standing train in motion again
+        waiting = driven or bool(self._timed or self._arrivals) or not self._model.brakes_settled or self.step == 0
         return (self.at_standstill and not waiting) or self.steps_left == 0
 
     @property
@@ -313,11 +318,21 @@ class Session:
     def _carry_out_due(self) -> None:
         while self._timed and self._timed[0][0] <= self.step:
             self.request(self._timed.popleft()[1])
+        if self._driver is not None and self._next_look <= self.step:
+            self._next_look = self.step + self._steps_between_looks
+            for command in self._driver.look(self.time, float(self._model.speed[0])):
+                self.request(command)
         while self._arrivals and self._arrivals[0].step <= self.step:
             arrival = heapq.heappop(self._arrivals)
             self._locomotives.carry_out(max(arrival.time, self.time), arrival.command)
 
+    @property
+    def _steps_between_looks(self) -> int:
+        assert self.scenario.driver is not None
+        return max(1, round(self.scenario.driver.reaction_time / self.scenario.time_step))
+
     def _next_due_step(self) -> int:
         due = [self._timed[0][0]] if self._timed else []
         due += [self._arrivals[0].step] if self._arrivals else []
+        due += [self._next_look] if self._driver is not None else []
         return min(due, default=self.step + 2**62)
