@@ -160,15 +160,22 @@ class State:
 def attack(parts: Sequence[Part], state: State, cases: int, until: float, tell: Callable[[str], None]) -> None:
     """Try so many cases in all, each part its share, those done before included; stops at a time [s, monotonic]."""
     whole = sum(part.share for part in parts)
+    wanted = {part.name: round(cases * part.share / whole) for part in parts}
     for part in parts:
-        wanted = round(cases * part.share / whole)
-        tally = state.tallies.setdefault(part.name, Tally())
-        while tally.tried < wanted and time.monotonic() < until:
-            began = time.monotonic()
-            outcome, found = try_case(part, state.seed, tally.tried)
-            state.count(part, outcome, found, time.monotonic() - began)
-            if outcome is None:
-                tell(tally.findings[-1])
-            if tally.tried % 200 == 0:
-                state.save()
-        state.save()
+        state.tallies.setdefault(part.name, Tally())
+    done = 0
+    while time.monotonic() < until:
+        open_parts = [part for part in parts if state.tallies[part.name].tried < wanted[part.name]]
+        if not open_parts:
+            break
+        # Whichever is furthest behind: an attack that is stopped has tried something of everything
+        part = min(open_parts, key=lambda part: (state.tallies[part.name].tried + 1) / wanted[part.name])
+        tally, began = state.tallies[part.name], time.monotonic()
+        outcome, found = try_case(part, state.seed, tally.tried)
+        state.count(part, outcome, found, time.monotonic() - began)
+        if outcome is None:
+            tell(tally.findings[-1])
+        done += 1
+        if done % 200 == 0:
+            state.save()
+    state.save()

@@ -26,6 +26,9 @@ def _check(session: Session, sample: Sample) -> None:
     for name in ("speed", "chainage", "coupler_force", "stroke", "stroke_rate", "brake_force", "cylinder_pressure"):
         if not np.isfinite(getattr(sample, name)).all():
             raise Found(f"{name} is not finite at {session.time:.3f} s")
+    for pressure in (sample.pipe_pressure, sample.auxiliary_pressure):
+        if pressure is not None and not ((pressure > -20e3) & (pressure < 1.1e6)).all():
+            raise Found(f"a pressure of the brake cannot be at {session.time:.3f} s: {pressure}")
     fault, unconverged = session.energy().fault, session.status().solver.unconverged_steps
     if fault and not unconverged:  # of unconverged steps the user is told
         raise Found(f"energy: {fault}")
@@ -33,7 +36,10 @@ def _check(session: Session, sample: Sample) -> None:
 
 def messages(rng: random.Random, folder: Path) -> Outcome:
     """Commands and links at random, good and bad: nothing but refusals, the same again bit for bit."""
-    scenario = load_scenario("daqin_1_1_0", {"commands": [], "consist.1.count": 12, "initial_speed_kmh": 40})
+    brakes = rng.choice(("paper_set_b", "realistic_120", "pneumatic", "pneumatic_uic", "pneumatic_aar"))
+    scenario = load_scenario(
+        "daqin_1_1_0", {"commands": [], "consist.1.count": 12, "initial_speed_kmh": 40, "brakes": brakes}
+    )
     session = Session(scenario)
     refused = 0
     for _ in range(rng.randint(3, 15)):
