@@ -138,9 +138,12 @@ def _stroke(summary: RunSummary) -> str:
 
 
 def _energy(energy: EnergyBalance) -> str:
+    given = {"gravity": energy.gravity_work, "traction": energy.traction_work}
     parts = [
         f"{energy.kinetic_start / 1e6:.1f} MJ initial",
+        *(f"{name} {work / 1e6:+.1f}" for name, work in given.items() if work != 0.0),
         f"brakes {energy.brake_work / 1e6:.1f}",
+        *([f"electric brakes {energy.electric_brake_work / 1e6:.1f}"] if energy.electric_brake_work else []),
         f"resistance {energy.resistance_work / 1e6:.1f}",
         f"draft gears {energy.gear_dissipated / 1e6:.2f} MJ",
     ]
