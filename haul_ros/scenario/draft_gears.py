@@ -45,11 +45,25 @@ def _check_table(document: Document, path: KeyPath) -> None:
         raise document.refusal((*path, len(points) - 1, 1), "the last force must be above 0")
 
 
-def _check_order(document: Document, path: KeyPath, curves: SideCurves) -> None:
-    """Refuse a gear that gives back more force than it took: unloading above loading anywhere."""
+def _last_slope(curve: Curve) -> float:
+    """Slope [N/m] that goes on beyond the last point."""
+    (x0, f0), (x1, f1) = curve[-2:]
+    return (f1 - f0) / (x1 - x0)
+
+
+def _strokes_that_tell(curves: SideCurves) -> list[float]:
+    """Strokes [m] at which the order of two curves shows: at all points, and once beyond where the last slopes cross."""
     strokes = sorted({stroke for curve in (curves.loading, curves.unloading) for stroke, _ in curve})
-    # Both curves are straight beyond the last point of either; one stroke further shows which way they go.
-    for stroke in [*strokes, 2.0 * strokes[-1]]:
+    last, loading, unloading = strokes[-1], _last_slope(curves.loading), _last_slope(curves.unloading)
+    if unloading > loading * (1.0 + _ROUNDING):
+        gap = max(_force(curves.loading, last) - _force(curves.unloading, last), 0.0)
+        strokes.append(2.0 * (last + gap / (unloading - loading)))
+    return strokes
+
+
+def _check_order(document: Document, path: KeyPath, curves: SideCurves) -> None:
+    """Refuse a gear that gives back more force than it took: unloading above loading at any stroke, however large."""
+    for stroke in _strokes_that_tell(curves):
         loading, unloading = _force(curves.loading, stroke), _force(curves.unloading, stroke)
         if unloading > loading * (1.0 + _ROUNDING):
             forces = f"{unloading / 1e3:g} kN, above loading, {loading / 1e3:g} kN"

@@ -69,7 +69,9 @@ def test_a_gear_without_hysteresis_is_allowed() -> None:
         ([[0, 0], [2, 9]], [[0, 0], [2, 0]], "couplers.G.unloading.1.1 = 0, the last force must be above 0"),
         ([[0, 0], [9, 9]], [[0, 0], [5, 6], [9, 7]], "unloading: at stroke 5 mm it is 6 kN, above loading, 5 kN"),
         ([[0, 0], [5, 4], [9, 9]], [[0, 0], [9, 9]], "unloading: at stroke 5 mm it is 5 kN, above loading, 4 kN"),
-        ([[0, 0], [5, 80], [9, 84]], [[0, 0], [9, 80]], "unloading: at stroke 18 mm it is 160 kN, above loading, 93"),
+        ([[0, 0], [5, 80], [9, 84]], [[0, 0], [9, 80]], "at stroke 19.0141 mm it is 169.014 kN, above loading"),
+        # The last slopes, 10 and 40 kN/mm, cross at 2 mm + 70 / (40 - 10) mm.
+        ([[0, 0], [1, 100], [2, 110]], [[0, 0], [1, 0], [2, 40]], "at stroke 8.66667 mm it is 306.667 kN, above load"),
     ],
 )
 def test_curves_that_no_gear_can_have_are_refused(
