@@ -24,7 +24,7 @@ class DraftGear:
     ``transition_speed`` Ve [m/s]; ``slack`` [m] is the whole free play, half on each side of
     stroke 0; past ``maximum_stroke`` [m] (counted without slack; infinite: never) the closed gear
     adds ``bottoming_stiffness`` [N/m] to both curves; ``solid_stiffness`` [N/m] is the slope on
-    which a preload is taken up.
+    which a preload is taken up: neither curve of a preloaded side is ever above it.
     """
 
     name: str

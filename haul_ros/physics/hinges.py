@@ -17,20 +17,22 @@ from haul_ros.model.draft_gear import Curve, DraftGear, SideCurves
 Floats = NDArray[np.float64]
 
 
-def _with_preload_ramp(curve: Curve, solid_stiffness: float) -> Curve:
-    """Replace a jump at stroke 0 by the steep line ``solid_stiffness * x`` up to where it meets the curve."""
-    if curve[0][1] == 0.0:
-        return curve
-    for n, ((x0, f0), (x1, f1)) in enumerate(pairwise(curve), start=2):
-        slope = (f1 - f0) / (x1 - x0)
-        if solid_stiffness <= slope:
-            break
-        meeting = (f0 - slope * x0) / (solid_stiffness - slope)
-        if meeting <= x1 or n == len(curve):  # the last slope goes on
-            force = solid_stiffness * meeting
-            rest = [point for point in curve if point[0] > meeting] or [(meeting + 1.0, force + slope)]
-            return ((0.0, 0.0), (meeting, force), *rest)
-    raise ValueError(f"solid stiffness {solid_stiffness} N/m, must be above the slope of the curve {curve}")
+def _on_solid_ramp(curve: Curve, solid_stiffness: float) -> Curve:
+    """The curve, but nowhere above the steep line ``solid_stiffness * x``: the smaller of both, which may meet often."""
+    slopes = [(f1 - f0) / (x1 - x0) for (x0, f0), (x1, f1) in pairwise(curve)]
+    if solid_stiffness <= slopes[-1]:
+        raise ValueError(f"solid stiffness {solid_stiffness} N/m, must be above the last slope of the curve {curve}")
+    ends = [*(x for x, _ in curve[1:-1]), float("inf")]  # the last slope goes on
+    points = [(0.0, 0.0)]
+    for (x, f), slope, end in zip(curve, slopes, ends, strict=False):
+        if x > 0.0:
+            points.append((x, min(f, solid_stiffness * x)))
+        meeting = x + (f - solid_stiffness * x) / (solid_stiffness - slope) if slope != solid_stiffness else x
+        if x < meeting < end:
+            points.append((meeting, solid_stiffness * meeting))
+    beyond = max(points[-1][0], curve[-1][0]) + 1.0
+    points.append((beyond, curve[-1][1] + slopes[-1] * (beyond - curve[-1][0])))
+    return tuple(points)
 
 
 def _slopes_at(curve: Curve, knots: Floats) -> Floats:
@@ -44,8 +46,10 @@ def _slopes_at(curve: Curve, knots: Floats) -> Floats:
 
 def side_hinges(gear: DraftGear, side: SideCurves) -> tuple[Floats, Floats, Floats]:
     """Knots [m] and slope changes [N/m] of the loading and the unloading curve of one side, each (h,)."""
-    loading = _with_preload_ramp(side.loading, gear.solid_stiffness)
-    unloading = _with_preload_ramp(side.unloading, gear.solid_stiffness)
+    loading, unloading = side.loading, side.unloading
+    if loading[0][1] > 0.0:
+        # What the solid part has not taken it cannot give back, even if the table of unloading asks for more.
+        loading, unloading = (_on_solid_ramp(curve, gear.solid_stiffness) for curve in (loading, unloading))
     knots = {x for x, _ in loading[:-1]} | {x for x, _ in unloading[:-1]}
     # A table that ends on its last slope has no knot at its last point.
     stops = np.isfinite(gear.maximum_stroke) and gear.bottoming_stiffness > 0.0

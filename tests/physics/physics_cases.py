@@ -128,13 +128,14 @@ def side_force(gear: DraftGear, curve: Curve, depth: float) -> float:
     """Force [N] of a loading or unloading curve at a magnitude of the stroke [m], by its definition.
 
     Slack comes off the depth; a preload is taken up on the solid stiffness, so where the table asks for
-    more than the solid part can have given, the solid part holds; bottoming adds to both.
+    more than the solid part can have given, in loading or in unloading, the solid part holds; bottoming adds to both.
     """
     x = depth - gear.slack / 2.0
     if x <= 0.0:
         return 0.0
+    sides = (gear.compression, gear.tension)
     force = curve_force(curve, x)
-    if curve[0][1] > 0.0:
+    if any(curve in (side.loading, side.unloading) and side.loading[0][1] > 0.0 for side in sides):
         force = min(force, gear.solid_stiffness * x)
     if x > gear.maximum_stroke:
         force += gear.bottoming_stiffness * (x - gear.maximum_stroke)

@@ -88,6 +88,30 @@ def test_the_last_slope_of_a_table_goes_on() -> None:
     assert _hinge_force(knots, loading, 0.03) == pytest.approx(7e5)
 
 
+@pytest.mark.parametrize(
+    ("loading", "unloading"),
+    [
+        (((0.0, 300e3), (1e-3, 310e3)), ((0.0, 0.0), (0.5e-3, 300e3), (1e-3, 300e3))),
+        (((0.0, 300e3), (1e-3, 400e3)), ((0.0, 1e3), (0.5e-3, 350e3), (1e-3, 400e3))),
+        # Above, below, above and below the solid slope again.
+        (
+            ((0.0, 400e3), (4e-3, 900e3)),
+            ((0.0, 0.0), (0.5e-3, 200e3), (1e-3, 210e3), (1.4e-3, 390e3), (2e-3, 400e3), (3e-3, 410e3)),
+        ),
+    ],
+)
+def test_unloading_of_a_preloaded_gear_is_nowhere_above_what_its_solid_part_has_taken(
+    loading: Curve, unloading: Curve
+) -> None:
+    side = SideCurves(loading, unloading)
+    gear = DraftGear("x", side, side, 0.01, solid_stiffness=2.5e8)
+    knots, up, down = side_hinges(gear, side)
+    for depth in [*np.linspace(0.0, 6e-3, 601), 1.0, 100.0]:
+        assert _hinge_force(knots, down, depth) <= _hinge_force(knots, up, depth) * (1.0 + 1e-12)
+        for curve, slopes in ((loading, up), (unloading, down)):
+            assert _hinge_force(knots, slopes, depth) == pytest.approx(side_force(gear, curve, float(depth)), abs=1e-3)
+
+
 @pytest.mark.parametrize("solid_stiffness", [1e7, 3e7])
 def test_a_solid_stiffness_that_never_reaches_the_curve_is_refused(solid_stiffness: float) -> None:
     side = SideCurves(linear(3e7, preload=50e3), linear(1e7, preload=20e3))
