@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,6 +50,11 @@ def linear_gear(loading: float = 3e7, unloading: float = 3e7, transition_speed: 
     """Gear with stiffnesses [N/m] that are the same in buff and draft."""
     side = SideCurves(linear(loading), linear(unloading))
     return DraftGear("linear", side, side, transition_speed)
+
+
+def slack_gear(gear: DraftGear, slack: float) -> DraftGear:
+    """The same gear with free play [m]."""
+    return replace(gear, slack=slack)
 
 
 def vehicle(

@@ -61,7 +61,19 @@ from haul_ros.physics.kernel.effort import tractive_efforts
 from haul_ros.physics.kernel.resistance import line_forces, running_resistance
 from haul_ros.physics.kernel.tridiagonal import solve_tridiagonal
 
-MAX_ITERATIONS = 25
+MAX_ITERATIONS = 50
+"""After which a step is divided. Where a fast transition or a stiff stop is met, one iteration often brings no more
+than one draft gear into its right part of its curves."""
+
+PLAIN_ITERATIONS = 6
+"""Full corrections, before each is only taken as far as it leads downhill. Where Newton's method converges by itself
+it needs fewer."""
+
+FLAT = 0.1
+"""Slope along a correction, over that at its start, from which on it has been taken far enough [-]."""
+
+MAX_TRIES = 30
+"""Lengths of a correction that are tried; each halves at worst what is left of it."""
 
 CAPTURE_SPEED = 1e-4
 """Speed [m/s] below which a mass stands if friction can hold it.
@@ -172,17 +184,26 @@ def _unbalanced(mass: Floats, velocity: Floats, residual: Floats, tolerance: flo
 
 
 @inner
-def _correct(trial: MassTrial) -> None:
-    """Newton's correction of the velocities; a mass that would turn round stands first."""
-    velocity, direction, correction = trial.velocity, trial.direction, trial.residual
-    solve_tridiagonal(trial.diagonal, trial.off_diagonal, correction)
-    for m in range(velocity.shape[0]):
-        velocity[m] += correction[m]
+def _stand_before_turning(velocity: Floats, direction: Floats) -> int:
+    """Let masses that would turn round stand first; how many they are."""
+    count = 0
     for m in range(direction.shape[0]):
         turned = velocity[m] * direction[m] < 0.0
         direction[m] = 0.0 if turned else direction[m]
+        count += 1 if turned else 0
     for m in range(velocity.shape[0]):
         velocity[m] = 0.0 if direction[m] == 0.0 else velocity[m]
+    return count
+
+
+@inner
+def _correct(trial: MassTrial) -> None:
+    """Newton's correction of the velocities."""
+    velocity, correction = trial.velocity, trial.residual
+    solve_tridiagonal(trial.diagonal, trial.off_diagonal, correction)
+    for m in range(velocity.shape[0]):
+        velocity[m] += correction[m]
+    _stand_before_turning(velocity, trial.direction)
 
 
 @inner
@@ -267,6 +288,53 @@ def largest_residual(residual: Floats) -> float:
 
 
 @inner
+def _slope(mass: Floats, masses: MassState, trial: MassTrial, h: float) -> float:
+    """Slope along Newton's correction, at the trial velocities, of what a step makes as small as it can be [W].
+
+    Forces of draft gears rise with the stroke rate, on every part of their curves. So the residuals are the slopes of
+    a convex function of the velocities, and a correction leads to its lowest point along the way where this is 0.
+    """
+    velocity, friction_force = masses.velocity, masses.friction_force
+    correction, per_step = trial.residual, 1.0 / h
+    slope = 0.0
+    for m in range(mass.shape[0]):
+        force = trial.applied_force[m] - 0.5 * (friction_force[m] + trial.direction[m] * trial.friction[m])
+        slope -= correction[m] * (force - mass[m] * (per_step * (trial.velocity[m] - velocity[m])))
+    return slope
+
+
+@inner
+def _correct_downhill(blocks: Blocks, h: float) -> None:
+    """Newton's correction of the velocities, as far as it leads downhill, by halving and by secants in turn."""
+    mass, masses, trial = (
+        mass_parameters_of(blocks.mass_parameters).mass,
+        masses_of(blocks.masses),
+        mass_trial_of(blocks.masses),
+    )
+    velocity, start, correction = trial.velocity, trial.diagonal, trial.residual
+    solve_tridiagonal(trial.diagonal, trial.off_diagonal, correction)
+    for m in range(velocity.shape[0]):
+        start[m] = velocity[m]
+    steepest = _slope(mass, masses, trial, h)
+    near, far, slope_near, slope_far = 0.0, 1.0, steepest, 0.0
+    part = 1.0
+    for attempt in range(MAX_TRIES):
+        for m in range(velocity.shape[0]):
+            velocity[m] = start[m] + part * correction[m]
+        _evaluate(blocks, h)
+        slope = _slope(mass, masses, trial, h)
+        if abs(slope) <= FLAT * abs(steepest) or (slope <= 0.0 and part == 1.0):
+            break
+        if slope <= 0.0:
+            near, slope_near = part, slope
+        else:
+            far, slope_far = part, slope
+        secant = near - slope_near * (far - near) / (slope_far - slope_near)
+        part = secant if attempt % 2 == 1 else 0.5 * (near + far)
+    _stand_before_turning(velocity, trial.direction)
+
+
+@inner
 def solve_step(blocks: Blocks, h: float) -> int:
     """Motion at the end of a step of ``h`` [s] under the brake coefficients ``gain`` and ``offset``, to the trial.
 
@@ -290,7 +358,10 @@ def solve_step(blocks: Blocks, h: float) -> int:
             break
         if iterations == MAX_ITERATIONS:
             return NOT_CONVERGED
-        _correct(trial)
+        if iterations < PLAIN_ITERATIONS:
+            _correct(trial)
+        else:
+            _correct_downhill(blocks, h)
         iterations += 1
     return iterations
 
