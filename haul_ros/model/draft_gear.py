@@ -35,3 +35,8 @@ class DraftGear:
     maximum_stroke: float = float("inf")
     bottoming_stiffness: float = 0.0
     solid_stiffness: float = 0.0
+
+    @property
+    def preloaded(self) -> bool:
+        """Whether there is a preload in buff or in draft."""
+        return self.compression.loading[0][1] > 0.0 or self.tension.loading[0][1] > 0.0

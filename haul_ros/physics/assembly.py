@@ -201,6 +201,7 @@ def _gear_parameters(gears: Sequence[DraftGear], mass: Floats) -> Floats:
         inverse_transition_speed=np.array([1.0 / gear.transition_speed for gear in gears]),
         full_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
         inverse_reduced_mass=1.0 / mass[:-1] + 1.0 / mass[1:],
+        preloaded=np.array([gear.preloaded for gear in gears]),
     )
     return np.array(parameters, dtype=np.float64)
 

@@ -286,6 +286,8 @@ class GearParameters(NamedTuple):
     """At which the gear is closed, slack included [m]."""
     inverse_reduced_mass: Floats
     """1/m1 + 1/m2 of the masses that it joins [1/kg]."""
+    preloaded: Floats
+    """1 for a gear with a preload, in buff or in draft [-]."""
 
 
 class Hinges(NamedTuple):
