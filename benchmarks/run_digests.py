@@ -33,6 +33,16 @@ EXTREMES = (
     "tension_stroke",
     "bottomed_time",
 )
+ENERGY = (
+    "kinetic_start",
+    "kinetic",
+    "brake_work",
+    "resistance_work",
+    "gravity_work",
+    "traction_work",
+    "gear_stored",
+    "gear_dissipated",
+)
 
 ENERGY = (
     "kinetic_start",

@@ -25,7 +25,7 @@ class ReplayError(HaulError):
 
 
 def replay(arguments: argparse.Namespace) -> int:
-    """Compare, or run again with changes; the exit status is 1 if the replay differs or makes energy."""
+    """Compare, or run again with changes; the exit status is 1 if the replay differs, makes energy or is not solved."""
     if arguments.overrides and arguments.output is None:
         raise ReplayError("--set changes the run: expected -o NEW.mcap, the file to record it to")
     with Recording(arguments.file) as recording:

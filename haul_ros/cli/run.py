@@ -29,7 +29,8 @@ from haul_ros.simulation.session import Session
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, record, print.
 
-    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere.
+    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere or a step was not
+    solved.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def finishing(recorder: McapRecorder | None) -> Iterator[list[RecordingError]]:
 
 
 def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrupted: Interruption) -> int:
-    """How a run that has been told of ends: 1 if energy came from nowhere, else that of the signal that ended it.
+    """How a run that has been told of ends: 1 if its numbers are wrong, else that of the signal that ended it.
 
     Raises
     ------
@@ -70,7 +71,8 @@ def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrup
     """
     for error in failure:
         raise error
-    return 1 if summary.energy and summary.energy.fault else interrupted.exit_status
+    wrong = (summary.energy and summary.energy.fault) or (summary.solver and summary.solver.unconverged_steps)
+    return 1 if wrong else interrupted.exit_status
 
 
 def announce_compilation() -> None:

@@ -29,7 +29,8 @@ FREE = "sweep"
 def study(arguments: argparse.Namespace) -> int:
     """Run a study into a folder and print what it found.
 
-    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere.
+    The exit status is 130, 143 or 129 if a signal ended it early, 1 if energy came from nowhere or a step was not
+    solved.
     """
     sweep = _definition(arguments)
     open_pool = _pool(arguments)
@@ -38,7 +39,7 @@ def study(arguments: argparse.Namespace) -> int:
     with interruption() as interrupted, tqdm(total=len(sweep), unit="case", leave=False, disable=hidden) as bar:
         outcome = run_study(sweep, folder, open_pool, on_finished=bar.update, stop=interrupted)
     _report(arguments, outcome, folder)
-    if outcome.faulty:
+    if outcome.faulty or outcome.unconverged:
         return 1
     return 0 if outcome.complete else interrupted.exit_status
 
@@ -92,7 +93,7 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> No
         written = [("written", str(file)) for file in outcome.files]
         print("\n".join([*claims, *rows([*caveat_entries(outcome.caveats), *written])]))
     _warn("computed again, what was kept cannot be used: case", outcome.refused)
-    _warn("steps did not converge in case", outcome.unconverged)
+    _warn("steps did not converge, do not trust the numbers of case", outcome.unconverged)
     _warn("the energy balance does not hold, do not trust the numbers of case", outcome.faulty)
     if not parquet_available():
         print("haul: Parquet not written: needs pyarrow, pip install 'haul_ros[studies]'", file=sys.stderr)

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 def _on_solid_ramp(curve: Curve, solid_stiffness: float) -> Curve:
-    """The curve, but nowhere above the steep line ``solid_stiffness * x``: the smaller of both, which may meet often."""
+    """The smaller of the curve and the steep line ``solid_stiffness * x``; they may meet more than once."""
     slopes = [(f1 - f0) / (x1 - x0) for (x0, f0), (x1, f1) in pairwise(curve)]
     if solid_stiffness <= slopes[-1]:
         raise ValueError(f"solid stiffness {solid_stiffness} N/m, must be above the last slope of the curve {curve}")

@@ -52,7 +52,7 @@ def _last_slope(curve: Curve) -> float:
 
 
 def _strokes_that_tell(curves: SideCurves) -> list[float]:
-    """Strokes [m] at which the order of two curves shows: at all points, and once beyond where the last slopes cross."""
+    """Strokes [m] at which the order of two curves shows: all points, and one beyond where the last slopes cross."""
     strokes = sorted({stroke for curve in (curves.loading, curves.unloading) for stroke, _ in curve})
     last, loading, unloading = strokes[-1], _last_slope(curves.loading), _last_slope(curves.unloading)
     if unloading > loading * (1.0 + _ROUNDING):

@@ -1,13 +1,15 @@
-"""A run whose energy balance does not hold ends with status 1, however it was started."""
+"""A run whose energy balance does not hold, or that was not solved, ends with status 1, however it was started."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 
 from haul_ros.physics.hinges import stored_energy
+from haul_ros.physics.train_model import TrainModel
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -28,3 +30,18 @@ def test_energy_from_nowhere_is_said_and_ends_with_status_1(
     outcome = haul(*command)
     assert outcome.status == 1
     assert "haul: warning: the energy balance does not hold" in outcome.err
+
+
+@pytest.mark.parametrize("command", [RUN, STUDY, REPLAY])
+def test_a_step_that_was_not_solved_is_said_and_ends_with_status_1(
+    haul: Haul, monkeypatch: pytest.MonkeyPatch, command: Sequence[str]
+) -> None:
+    assert haul(*RUN, "-o", "run.mcap").status == 0
+    statistics = TrainModel.statistics
+    monkeypatch.setattr(
+        TrainModel, "statistics", lambda model: replace(statistics(model), unconverged_steps=2, worst_residual=5.0)
+    )
+    outcome = haul(*command)
+    assert outcome.status == 1
+    assert "did not converge" in outcome.err
+    assert "do not trust" in outcome.err

@@ -108,3 +108,21 @@ def test_what_is_missing_shows_as_imbalance() -> None:
 
 def test_nothing_given_and_nothing_spent_is_balanced() -> None:
     assert EnergyBalance(*[0.0] * 8).relative_imbalance == 0.0
+
+
+@pytest.mark.parametrize("light", [False, True])
+def test_one_gear_that_makes_energy_shows_among_many_that_dissipate(light: bool) -> None:
+    """Its unloading curve lies above loading; the loader refuses such gears."""
+    good, bad = linear_gear(3e7, 9e6), linear_gear(1e7, 1.1e7)
+    vehicles = [*[vehicle()] * 10, vehicle(100.0 if light else 100e3, shoe_force=25.0 if light else 25e3)]
+    faults = []
+    for last in (good, bad):
+        train = model(train_of(vehicles, [*[good] * 9, last]), 20.0)
+        train.start_wave(0.0, 0, WaveKind.EMERGENCY)
+        train.advance(4000)
+        balance = energy_balance(train)
+        assert abs(balance.relative_imbalance) < 1e-9
+        assert balance.gear_dissipated > 0.0
+        faults.append(balance.fault)
+    assert faults[0] is None
+    assert faults[1] is not None and "a draft gear has given more than it took" in faults[1]

@@ -176,11 +176,16 @@ def commit_motion(mass: Floats, masses: MassState, trial: MassTrial) -> None:
 
 @inner
 def commit_gears(gears: GearState, trial: GearTrial) -> None:
-    """Strokes and forces of every draft gear at the end of the step, and what its hysteresis dissipated in it."""
+    """Strokes and forces of every draft gear at the end of the step, what its hysteresis dissipated, and its work."""
     stroke, rate, force, dissipated = gears.stroke, gears.stroke_rate, gears.force, gears.dissipated
     for k in range(dissipated.shape[0]):
         change = trial.stroke[k] - stroke[k]
         dissipated[k] += trial.hysteresis[k] * trial.transition[k] * change
+    taken, given = gears.taken, gears.given
+    for k in range(taken.shape[0]):
+        work = trial.step_force[k] * (trial.stroke[k] - stroke[k])
+        taken[k] += max(work, 0.0)
+        given[k] += max(-work, 0.0)
     for k in range(stroke.shape[0]):
         stroke[k] = trial.stroke[k]
     for k in range(rate.shape[0]):

@@ -318,6 +318,10 @@ class GearState(NamedTuple):
     """[N]"""
     dissipated: Floats
     """By the hysteresis since the start [J]."""
+    taken: Floats
+    """Work done on it since the start by the force that acts on the masses [J]."""
+    given: Floats
+    """Work done by it since the start [J]."""
 
 
 class GearTrial(NamedTuple):

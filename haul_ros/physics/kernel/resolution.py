@@ -19,9 +19,9 @@ STIFF_CONTACT = 100.0
 trains with slack and stops are then within 0.5 % of those at shorter steps (tests/physics/test_contact.py)."""
 
 PRELOADED_CONTACT = 8.0
-"""The same [rad/s] for gears with a preload. Every change of sign of a force takes such a gear through all of it, within
-a step or two of 1 ms, and errors there decide when the next one comes. 100 t wagons get 16 parts while they are on
-the usual 250 kN/mm."""
+"""The same [rad/s] for gears with a preload. Every change of sign of a force takes such a gear through all of it,
+within a step or two of 1 ms, and errors there decide when the next one comes. 100 t wagons get 16 parts while they are
+on the usual 250 kN/mm."""
 
 FAST_TRANSITION = 250.0
 """Rate [1/s] above which a transition is fast; chosen as STIFF_CONTACT is."""
