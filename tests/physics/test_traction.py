@@ -9,7 +9,7 @@ import pytest
 
 from haul_ros.physics.energy import energy_balance
 from haul_ros.physics.train_model import TrainModel, WaveKind
-from tests.physics.physics_cases import linear_gear, model, train_of, vehicle
+from tests.physics.physics_cases import linear_gear, model, slack_gear, train_of, vehicle
 
 POWER, EFFORT, MASS = 6.4e6, 600e3, 184e3
 LOCOMOTIVE = replace(vehicle(MASS, tractive_effort=EFFORT), max_power=POWER)
@@ -38,6 +38,24 @@ def test_at_full_power_kinetic_energy_grows_by_power_times_time() -> None:
     balance = energy_balance(train)
     assert balance.traction_work == pytest.approx(POWER * 60.0, rel=1e-6)
     assert balance.fault is None
+
+
+@pytest.mark.parametrize("mass", [20e3, MASS])
+@pytest.mark.parametrize("time_step", [1e-3, 20e-3])
+def test_a_locomotive_that_is_hit_from_behind_pulls_with_no_more_than_its_power(mass: float, time_step: float) -> None:
+    locomotive = replace(vehicle(mass, tractive_effort=EFFORT), max_power=POWER)
+    gear = slack_gear(linear_gear(3e7, 9e6), 0.02)
+    train = model(train_of([locomotive, vehicle(), vehicle()], gear), [15.0, 17.0, 17.0], time_step=time_step)
+    train.set_traction(0, EFFORT)
+    limited = 0
+    for _ in range(round(3.0 / time_step)):
+        train.advance(1)
+        assert _effort(train) * float(train.speed[0]) <= POWER * (1.0 + 1e-14)
+        limited += 1 if _effort(train) < EFFORT else 0
+    assert limited > 0
+    balance = energy_balance(train)
+    assert balance.fault is None
+    assert abs(balance.relative_imbalance) < 1e-9
 
 
 def test_the_outcome_does_not_depend_on_how_steps_are_grouped() -> None:

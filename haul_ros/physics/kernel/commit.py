@@ -27,7 +27,7 @@ from haul_ros.physics.kernel.data import (
     VehicleState,
     VehicleTrial,
 )
-from haul_ros.physics.kernel.drawbar import spread, update_drawbars
+from haul_ros.physics.kernel.drawbar import collect_both, spread, update_drawbars
 from haul_ros.physics.kernel.effort import commit_efforts
 
 LEAST_FRICTION = 1e-9
@@ -112,19 +112,32 @@ def applied_forces(start: Floats, end: Floats, gear_force: Floats, applied_force
 
 
 @inner
+def _commit_traction(blocks: Blocks, h: float) -> None:
+    """Efforts at the end of the step; those that the next one starts from are what is given at the speed found."""
+    trial, vehicle_trial = mass_trial_of(blocks.masses), vehicle_trial_of(blocks.vehicles)
+    vehicles = vehicles_of(blocks.vehicles)
+    commit_efforts(
+        vehicle_parameters_of(blocks.vehicle_parameters), vehicles, vehicle_trial, trial.velocity, blocks.mass_index, h
+    )
+    collect_both(vehicles.traction, vehicle_trial.gravity, trial.external_force, members_of(blocks.members))
+
+
+@inner
 def commit_forces(blocks: Blocks, h: float) -> None:
     """Forces of all vehicles at the end of the step, and their works."""
     masses, trial = masses_of(blocks.masses), mass_trial_of(blocks.masses)
     vehicles, vehicle_trial = vehicles_of(blocks.vehicles), vehicle_trial_of(blocks.vehicles)
+    mobilised, travelled = vehicle_trial.mobilised, vehicle_trial.displacement_change
+    for m in range(trial.displacement_change.shape[0]):
+        trial.displacement_change[m] = 0.5 * h * (masses.velocity[m] + trial.velocity[m])
+    spread(trial.displacement_change, travelled, blocks.mass_index)
+    if blocks.counters[0].has_traction:
+        _commit_traction(blocks, h)
     force = gear_trial_of(blocks.gears).force
     applied_forces(trial.external_force, trial.external_force, force, masses.applied_force)
     for m in range(trial.mobilised.shape[0]):
         trial.mobilised[m] = mobilised_share(trial.direction[m], masses.applied_force[m], trial.friction[m])
-    for m in range(trial.displacement_change.shape[0]):
-        trial.displacement_change[m] = 0.5 * h * (masses.velocity[m] + trial.velocity[m])
-    mobilised, travelled = vehicle_trial.mobilised, vehicle_trial.displacement_change
     spread(trial.mobilised, mobilised, blocks.mass_index)
-    spread(trial.displacement_change, travelled, blocks.mass_index)
     _account_arrested(
         mass_parameters_of(blocks.mass_parameters).mass,
         masses,
@@ -138,9 +151,6 @@ def commit_forces(blocks: Blocks, h: float) -> None:
     _commit_friction(
         vehicle_trial.resistance_force, mobilised, travelled, vehicles.resistance_force, vehicles.resistance_work
     )
-    if blocks.counters[0].has_traction:
-        changeover_time = vehicle_parameters_of(blocks.vehicle_parameters).changeover_time
-        commit_efforts(vehicles, vehicle_trial, changeover_time, h)
     if blocks.settings[0].has_line:
         _commit_external(vehicle_trial.gravity, travelled, vehicles.gravity, vehicles.gravity_work)
 

@@ -67,7 +67,7 @@ def tractive_efforts(
     trial: VehicleTrial,
     h: float,
 ) -> None:
-    """Tractive effort of every vehicle at the end of a step, at the speed that the acceleration predicts."""
+    """Efforts of every vehicle at the end of a step, at the speed that the acceleration predicts."""
     effort, demand = trial.traction, trial.traction_demand
     for i in range(effort.shape[0]):
         m = mass_index[i]
@@ -77,23 +77,36 @@ def tractive_efforts(
 
 
 @inner
-def commit_efforts(vehicles: VehicleState, trial: VehicleTrial, changeover_time: Floats, h: float) -> None:
-    """Efforts at the end of a step become those of the present time, and their works by the trapezoidal rule."""
+def commit_efforts(
+    parameters: VehicleParameters,
+    vehicles: VehicleState,
+    trial: VehicleTrial,
+    velocity: Floats,
+    mass_index: Ints,
+    h: float,
+) -> None:
+    """Work of the efforts that a step was done with, by the trapezoidal rule, and the efforts at its end.
+
+    The step was done at a speed that was predicted, so that efforts do not change while Newton iterates; contacts may
+    have made the locomotive faster. The next step starts from what is given at the ``velocity`` (m,) found.
+    """
     for i in range(vehicles.traction.shape[0]):
-        if vehicles.traction[i] == 0.0 and trial.traction_demand[i] == 0.0:
+        demand = trial.traction_demand[i]
+        if vehicles.traction[i] == 0.0 and demand == 0.0:
             vehicles.changeover_left[i] -= h
+            vehicles.traction_in_force[i] = 0.0
             continue
         work = 0.5 * (vehicles.traction[i] + trial.traction[i]) * trial.displacement_change[i]
-        if vehicles.traction_demand[i] < 0.0 or trial.traction_demand[i] < 0.0:
+        if vehicles.traction_demand[i] < 0.0 or demand < 0.0:
             vehicles.electric_work[i] -= work
         else:
             vehicles.traction_work[i] += work
-        vehicles.traction[i] = trial.traction[i]
-        vehicles.traction_demand[i] = trial.traction_demand[i]
-        vehicles.traction_in_force[i] = trial.traction_demand[i]
-        if trial.traction_demand[i] != 0.0:
-            vehicles.effort_sense[i] = np.sign(trial.traction_demand[i])
-            vehicles.changeover_left[i] = changeover_time[i]
+        vehicles.traction[i] = effort_at(parameters, i, demand, velocity[mass_index[i]]) if demand != 0.0 else 0.0
+        vehicles.traction_demand[i] = demand
+        vehicles.traction_in_force[i] = demand
+        if demand != 0.0:
+            vehicles.effort_sense[i] = np.sign(demand)
+            vehicles.changeover_left[i] = parameters.changeover_time[i]
 
 
 @inner
