@@ -132,6 +132,7 @@ def _settings(
     settings.start_chainage = track.start_chainage
     settings.has_line = bool(track.grades or track.curves)
     settings.has_stops = any(np.isfinite(gear.maximum_stroke) for gear in lumped.gears)
+    settings.has_slack = any(gear.slack > 0.0 for gear in lumped.gears)
     settings.has_drawbars = lumped.rigid.any()
     return settings
 

@@ -219,6 +219,36 @@ def test_two_vehicles_never_part_faster_than_they_met_and_bear_the_force_of_thei
     assert train.extremes().compression[0] == pytest.approx(force + slope * deepest, rel=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("masses", "stiffness", "slack", "transition_speed", "time_step", "relative", "common"),
+    [
+        ((9266.5, 71550.0), 1.5389e5, 5.86e-3, 0.0172, 0.5e-3, 4.8666e-4, 0.0),
+        ((661.3, 20378.0), 1825.66, 63.87e-3, 1.2596e-4, 0.5e-3, 0.0174736, 55.0),
+        ((26708.0, 1027.6), 9.35445e7, 0.15268, 7.0678, 5e-3, 5.53229e-4, 20.0),
+        ((8597.0, 97002.7), 6.36989e6, 0.43627e-3, 0.0144254, 20e-3, 3.81155e-3, 55.0),
+        ((20.85, 420.9), 3309.38, 0.70369, 2.02596e-3, 20e-3, 2.41007, 0.0),
+    ],
+)
+def test_light_and_slow_bodies_do_not_part_faster_than_they_met_either(
+    masses: tuple[float, float],
+    stiffness: float,
+    slack: float,
+    transition_speed: float,
+    time_step: float,
+    relative: float,
+    common: float,
+) -> None:
+    # A residual of 1 mN for every step in contact is much beside their momentum.
+    side = SideCurves(linear(stiffness), linear(stiffness))
+    gear = DraftGear("gear", side, side, transition_speed, slack)
+    train = model(train_of([vehicle(m) for m in masses], gear), [common, common + relative], time_step=time_step)
+    train.advance(max(0, int(0.5 * slack / relative / time_step) - 2))
+    gears = train.train.gears
+    while not (gears.stroke_rate[0] <= 0.0 and gears.stroke[0] <= 0.5 * slack):
+        train.advance(1)
+    assert -gears.stroke_rate[0] <= relative * (1.0 + 1e-9)
+
+
 def test_a_train_that_runs_on_steel_does_not_gain_speed() -> None:
     # At 5 ms trapezoidal forces took this train to 915 km/h.
     train = _braked(MIXED, _gear(1e7, 5e5, slack=0.01, stroke=0.02, stop=1e10), 5e-3, 12.0)

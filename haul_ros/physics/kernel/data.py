@@ -420,7 +420,7 @@ def record_type(fields: str) -> np.dtype[Any]:
 
 
 SETTINGS = record_type("""
-    time_step tolerance start_chainage #has_line #has_stops #has_drawbars
+    time_step tolerance start_chainage #has_line #has_stops #has_drawbars #has_slack
     knee rate_to_knee rate_from_knee rate_service rate_release #friction_follows_pressure
 """)
 """time_step [s]; tolerance: force residual at which a step is converged [N]; start_chainage: of the
