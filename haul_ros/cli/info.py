@@ -7,7 +7,7 @@ import json
 from contextlib import suppress
 from typing import Any
 
-from haul_ros.cli.layout import file_size, rows
+from haul_ros.cli.layout import file_size, lost_bytes, rows
 from haul_ros.errors import RecordingError, one_line
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.reader import Recording
@@ -49,7 +49,7 @@ def _lines(facts: RecordingInfo) -> list[str]:
 
 def _trusted_lines(found: Survey) -> list[str]:
     width = max(map(len, found.counts), default=0)
-    lost = f"the last {found.bytes_lost} bytes: {found.damage}" if found.damage else "only its summary section"
+    lost = lost_bytes(found.bytes_lost, found.damage) if found.damage else "only its summary section"
     return [
         f"{found.path}: {file_size(found.size)}, damaged or unfinished; before its damage",
         *rows(
@@ -80,9 +80,10 @@ def _trusted_json(found: Survey) -> dict[str, Any]:
 
 
 def _completeness(facts: RecordingInfo) -> str:
+    lost = f"{facts.lost} more were written and are missing, " if facts.lost else ""
     if facts.dropped is None:
-        return "the recorder did not end: how many are missing is not known"
-    return f"{facts.dropped} dropped" if facts.dropped else "none dropped"
+        return f"{lost}the recorder did not end: how many are missing is not known"
+    return lost + (f"{facts.dropped} dropped" if facts.dropped else "none dropped")
 
 
 def _json(facts: RecordingInfo) -> dict[str, Any]:
@@ -102,6 +103,7 @@ def _json(facts: RecordingInfo) -> dict[str, Any]:
         "duration_s": facts.duration,
         "messages": facts.messages,
         "messages_dropped": facts.dropped,
+        "messages_written": facts.written,
         "complete": facts.complete,
         "topics": [{"topic": t.topic, "type": t.msgtype, "messages": t.count} for t in facts.topics],
     }

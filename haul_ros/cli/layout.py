@@ -25,3 +25,8 @@ def caveat_entries(caveats: Iterable[str]) -> list[tuple[str, str]]:
 def file_size(size: int) -> str:
     """A number of bytes with the fitting unit."""
     return f"{size / 1e6:.1f} MB" if size >= 1_000_000 else f"{size / 1e3:.1f} kB"
+
+
+def lost_bytes(count: int, damage: str) -> str:
+    """What is lost behind the last good byte of a file, and why; one cut off right there loses none that it has."""
+    return f"the last {count} bytes: {damage}" if count else damage

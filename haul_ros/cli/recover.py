@@ -6,7 +6,7 @@ import argparse
 import json
 from dataclasses import asdict
 
-from haul_ros.cli.layout import file_size, rows
+from haul_ros.cli.layout import file_size, lost_bytes, rows
 from haul_ros.recording.recovery import Recovery, recover
 from haul_ros.units import NS_PER_S
 
@@ -31,11 +31,13 @@ def _recovered(result: Recovery) -> str:
 
 
 def _lost(result: Recovery) -> str:
-    parts = [f"the last {result.bytes_lost} bytes: {result.damage}" if result.damage else "nothing of the file"]
+    parts = [lost_bytes(result.bytes_lost, result.damage)] if result.damage else []
     if result.missing:
         shown = ", ".join(f"{begin / NS_PER_S:.3f} to {end / NS_PER_S:.3f} s" for begin, end in result.gaps[:_SHOWN])
         more = f" and {len(result.gaps) - _SHOWN} more" if len(result.gaps) > _SHOWN else ""
-        parts.append(f"{result.missing} messages, dropped while recording or taken out, between {shown}{more}")
+        where = [f"between {shown}{more}"] if shown else []
+        where += [f"{result.unplaced} of them behind the last of their topics"] if result.unplaced else []
+        parts.append(f"{result.missing} messages, dropped while recording or taken out, {', '.join(where)}")
     if result.repeated:
         parts.append(f"{result.repeated} messages that were there twice were left out")
-    return "; ".join(parts)
+    return "; ".join(parts) or "nothing of the file"

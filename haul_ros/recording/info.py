@@ -49,6 +49,11 @@ class RecordingInfo:
         return (self.end_ns - self.start_ns) / NS_PER_S
 
     @property
+    def lost(self) -> int:
+        """How many messages the recorder wrote that the file no longer has."""
+        return max(0, (self.written or 0) - self.messages)
+
+    @property
     def complete(self) -> bool:
-        """The recorder ended well and dropped nothing."""
-        return self.dropped == 0
+        """The recorder ended well and dropped nothing, and all that it wrote is there."""
+        return self.dropped == 0 and not self.lost

@@ -25,12 +25,17 @@ LARGEST_RECORD = 16 * 1024 * 1024
 """Bytes of memory for one attachment or description of a run."""
 CHECKSUM = "crc32"
 """Entry of the description of a run: checksum of the others."""
+WRITTEN = "messages_written"
+"""Entry of the description at the end: how many messages the recorder wrote."""
+DROPPED = "messages_dropped"
+"""Entry of the description at the end: how many messages it could not write."""
 
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")
 _RECORD_HEAD = struct.Struct("<BQ")
 _PIECE = 1024 * 1024
 _MOST_EXPANSION_OF_LZ4 = 255
+_MOST_DIGITS = 18
 
 
 def checksum_of(description: Mapping[str, str]) -> str:
@@ -50,6 +55,22 @@ def checked_description(metadata: Mapping[str, str]) -> dict[str, str]:
     if metadata.get(CHECKSUM, checksum_of(metadata)) != checksum_of(metadata):
         raise ValueError("description of the run: checksum does not fit")
     return {key: value for key, value in metadata.items() if key != CHECKSUM}
+
+
+def message_count(description: Mapping[str, str], key: str) -> int | None:
+    """A number of messages in the description of a run; None: it says nothing of it.
+
+    Raises
+    ------
+    ValueError
+        It is no such number.
+    """
+    text = description.get(key)
+    if text is None:
+        return None
+    if not (text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS):
+        raise ValueError(f"description of the run: {key} is {text[:30]!r}, expected a number of messages")
+    return int(text)
 
 
 def check_summary(file: int, size: int) -> None:

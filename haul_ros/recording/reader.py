@@ -28,7 +28,15 @@ from haul_ros.model.request import TimedRequest
 from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.info import RecordingInfo
-from haul_ros.recording.integrity import attachment, check_chunks, check_summary, descriptions
+from haul_ros.recording.integrity import (
+    DROPPED,
+    WRITTEN,
+    attachment,
+    check_chunks,
+    check_summary,
+    descriptions,
+    message_count,
+)
 from haul_ros.recording.opening import open_finished, reading
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, described_channels
 from haul_ros.recording.series import (
@@ -104,7 +112,6 @@ class Recording:
         """Facts about the file, without reading its messages."""
         with self._border():
             statistics = self._statistics
-            dropped, written = (self.metadata.get(key) for key in ("messages_dropped", "messages_written"))
             return RecordingInfo(
                 path=self.path,
                 size=self._size,
@@ -120,8 +127,8 @@ class Recording:
                 messages=statistics.message_count,
                 start_ns=statistics.message_start_time,
                 end_ns=statistics.message_end_time,
-                dropped=None if dropped is None else int(dropped),
-                written=None if written is None else int(written),
+                dropped=message_count(self.metadata, DROPPED),
+                written=message_count(self.metadata, WRITTEN),
             )
 
     def count(self, channel: Channel) -> int:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import struct
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
@@ -21,9 +21,10 @@ from mcap.writer import MCAP0_MAGIC
 from haul_ros.errors import RecordingError
 from haul_ros.files import open_file
 from haul_ros.messages.encoder import Message
-from haul_ros.recording.integrity import check_chunk, checked_description
+from haul_ros.recording.integrity import DROPPED, WRITTEN, check_chunk, checked_description, message_count
 from haul_ros.recording.opening import another_kind
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile, described_channels
+from haul_ros.recording.sequences import OutOfOrderError, Sequences
 
 RECOVERING_SUFFIX = ".recovering"
 """Added to the name of a file that is being recovered; ``.active`` may be the name of what it is recovered from."""
@@ -36,14 +37,17 @@ LONGEST_RECORD = 16 * 1024 * 1024
 class Recovery:
     """What was recovered: messages and the simulation time [ns] of the last of them (0 if there is none).
 
-    ``missing`` messages have left a gap in the numbers of their topic, between the simulation times [ns] in ``gaps``:
-    dropped while recording, or taken out of the file. ``repeated`` messages were in the file again, and left out.
-    ``bytes_lost`` follow the last byte that was of use; ``damage`` says what is wrong there, None: nothing.
+    ``missing`` messages were dropped while recording, or taken out of the file: they have left a gap in the numbers of
+    their topic, between the simulation times [ns] in ``gaps``, but for the last ``unplaced`` ones, behind which none of
+    their topic follows: of them the count of the recorder tells, if the file has its end. ``repeated`` messages were
+    in the file again, and left out. ``bytes_lost`` follow the last byte that was of use; ``damage`` says what is
+    wrong there, None: nothing.
     """
 
     messages: int
     end_ns: int
     missing: int
+    unplaced: int
     gaps: tuple[tuple[int, int], ...]
     repeated: int
     bytes_lost: int
@@ -64,34 +68,6 @@ class Survey:
     end_ns: int
     bytes_lost: int
     damage: str | None
-
-
-class _Sequences:
-    """The numbers of messages by topic: which follow, where some are missing, which were there before."""
-
-    def __init__(self) -> None:
-        self.missing = self.repeated = 0
-        self.gaps: list[tuple[int, int]] = []
-        self._next: dict[str, tuple[int, int]] = {}
-
-    def take(self, topic: str, message: McapMessage) -> bool:
-        """Whether a message is to be kept."""
-        expected, last_ns = self._next.get(topic, (0, 0))
-        if message.sequence < expected:
-            self.repeated += 1
-            return False
-        if message.sequence > expected:
-            self.missing += message.sequence - expected
-            self._add_gap(last_ns, message.log_time)
-        self._next[topic] = message.sequence + 1, message.log_time
-        return True
-
-    def _add_gap(self, begin: int, end: int) -> None:
-        """Topics that miss the same time miss it in one gap."""
-        if self.gaps and begin <= self.gaps[-1][1] and end >= self.gaps[-1][0]:
-            begin, end = min(begin, self.gaps[-1][0]), max(end, self.gaps[-1][1])
-            self.gaps.pop()
-        self.gaps.append((begin, end))
 
 
 def survey(path: Path) -> Survey:
@@ -135,16 +111,31 @@ def recover(source: Path, target: Path) -> Recovery:
 
 def _recover(source: _Source, target: Path) -> Recovery:
     description, document = source.read_beginning()
+    chunks = source.chunks()
+    try:
+        return _write(source, chunks, description, document, target, Sequences())
+    except OutOfOrderError:
+        deque(chunks, maxlen=0)  # to learn where all of them are
+        return _write(source, source.chunks_by_time(), description, document, target, Sequences(late=True))
+
+
+def _write(
+    source: _Source,
+    chunks: Iterable[_Messages],
+    description: dict[str, str],
+    document: str,
+    target: Path,
+    sequences: Sequences,
+) -> Recovery:
     try:
         table = described_channels(description)
         file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
     except (KeyError, TypeError, ValueError) as err:
         raise RecordingError(f"{source.path}: its description of the run is damaged: {err}") from err
     by_topic = {channel.topic: channel for channel in table}
-    sequences = _Sequences()
     count = end_ns = 0
     try:
-        for messages in source.chunks():
+        for messages in chunks:
             for topic, message in messages:
                 if topic not in file:
                     raise RecordingError(f"{source.path}: {topic} is no topic of a recording of this version")
@@ -155,7 +146,9 @@ def _recover(source: _Source, target: Path) -> Recovery:
                 count += 1
                 end_ns = max(end_ns, message.log_time)
             file.flush()
-        file.finish(dropped=None)
+        # Without the recorder's own count it wrote at least what the numbers tell of.
+        written = count + sequences.missing if source.written is None else source.written
+        file.finish(source.dropped, written)
     except BaseException as err:
         if target.exists():  # come into being meanwhile: what was recovered keeps its other name
             raise
@@ -164,8 +157,21 @@ def _recover(source: _Source, target: Path) -> Recovery:
         if isinstance(err, OSError):
             raise RecordingError(f"{target}: cannot be written: {err.strerror}") from err
         raise
-    lost, gaps = source.size - source.good, tuple(sequences.gaps)
-    return Recovery(count, end_ns, sequences.missing, gaps, sequences.repeated, lost, source.damage)
+    unplaced = max(0, written + (source.dropped or 0) - count - sequences.missing)
+    return Recovery(
+        messages=count,
+        end_ns=end_ns,
+        missing=sequences.missing + unplaced,
+        unplaced=unplaced,
+        gaps=tuple(sequences.gaps) if sequences.missing else (),
+        repeated=sequences.repeated,
+        bytes_lost=source.size - source.good,
+        damage=source.damage,
+    )
+
+
+_Messages = list[tuple[str, McapMessage]]
+"""Each with its topic."""
 
 
 class _Window(BufferedReader):
@@ -179,14 +185,21 @@ class _Window(BufferedReader):
 
 
 class _Source:
-    """A recording read from its start to its first damage; ``good`` bytes of it are of use."""
+    """A recording read from its start to its first damage; ``good`` bytes of it are of use.
+
+    ``written`` and ``dropped`` are what the recorder says at the end (None: it does not).
+    """
 
     def __init__(self, path: Path, stream: _Window) -> None:
         self.path = path
         self.size = os.fstat(stream.fileno()).st_size
         self.good = 0
         self.damage: str | None = None
+        self.written: int | None = None
+        self.dropped: int | None = None
         self._stream = stream
+        self._topics: dict[int, str] = {}
+        self._places: list[tuple[int, int]] = []
         self._records = self._read_records()
 
     def read_beginning(self) -> tuple[dict[str, str], str]:
@@ -218,25 +231,50 @@ class _Source:
         except ValueError as err:
             raise RecordingError(f"{self.path}: nothing to recover: {err}") from err
 
-    def chunks(self) -> Iterator[list[tuple[str, McapMessage]]]:
-        """The messages of each chunk with their topics."""
-        topics: dict[int, str] = {}
+    def chunks(self) -> Iterator[_Messages]:
+        """The messages of each chunk, and in the end what the recorder says of their number."""
         for record in self._records:
             if isinstance(record, Chunk):
                 try:
-                    check_chunk(record)
-                    records = breakup_chunk(record, validate_crc=True)
-                    topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
-                    messages = [
-                        (topics[entry.channel_id], entry) for entry in records if isinstance(entry, McapMessage)
-                    ]
+                    messages = self._messages(record)
                 except Exception as err:  # whatever the libraries raise on damaged bytes
                     self.damage = f"damaged chunk: {type(err).__name__}: {err}"
                     return
+                self._places.append((min((message.log_time for _, message in messages), default=0), self.good))
                 yield messages
-            elif not isinstance(record, (MessageIndex, Metadata)):  # both are made anew
+            elif isinstance(record, Metadata):
+                if record.name == RECORD_NAME and not self._take_counts(record.metadata):
+                    return
+            elif not isinstance(record, MessageIndex):  # made anew
                 self.damage = f"{type(record).__name__} where a chunk is expected"
                 return
+
+    def chunks_by_time(self) -> Iterator[_Messages]:
+        """The same once more, in the order of simulation time."""
+        for _, place in sorted(self._places):
+            self._stream.seek(place)
+            self._stream.end = place + LONGEST_RECORD
+            record = next(iter(StreamReader(self._stream, skip_magic=True, emit_chunks=True).records))
+            assert isinstance(record, Chunk)
+            yield self._messages(record)
+
+    def _messages(self, chunk: Chunk) -> _Messages:
+        check_chunk(chunk)
+        records = breakup_chunk(chunk, validate_crc=True)
+        self._topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
+        messages = [entry for entry in records if isinstance(entry, McapMessage)]
+        if unknown := {message.channel_id for message in messages} - self._topics.keys():
+            raise ValueError(f"messages of channel {min(unknown)}, which is described nowhere before")
+        return [(self._topics[message.channel_id], message) for message in messages]
+
+    def _take_counts(self, metadata: dict[str, str]) -> bool:
+        """Note how many messages the recorder wrote and dropped; whether it says so in numbers."""
+        try:
+            description = checked_description(metadata)
+            self.written, self.dropped = (message_count(description, key) for key in (WRITTEN, DROPPED))
+        except ValueError as err:
+            self.damage = f"damaged record: {err}"
+        return self.damage is None
 
     def _read_records(self) -> Iterator[McapRecord]:
         """Whole records up to the end of the data; ``damage`` is set if that is not reached.

@@ -20,7 +20,7 @@ from haul_ros.messages.encoder import Message
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
-from haul_ros.recording.integrity import CHECKSUM, checksum_of
+from haul_ros.recording.integrity import CHECKSUM, DROPPED, WRITTEN, checksum_of
 from haul_ros.version import __version__
 
 ACTIVE_SUFFIX = ".active"
@@ -166,10 +166,10 @@ class RunFile:
         self._writer.flush()
         self._check_name(self.active)
 
-    def finish(self, dropped: int | None) -> int:
+    def finish(self, dropped: int | None, written: int | None = None) -> int:
         """Complete the file, note how many messages were dropped, give it its name; returns its size in bytes.
 
-        ``dropped`` None: not known.
+        ``dropped`` None: not known. ``written`` is how many the recorder wrote, None: those that are in the file.
 
         Raises
         ------
@@ -178,9 +178,9 @@ class RunFile:
             one has been removed, renamed or replaced.
         """
         self.flush()
-        counts = {"messages_written": str(sum(self._counts.values()))}
+        counts = {WRITTEN: str(sum(self._counts.values()) if written is None else written)}
         if dropped is not None:
-            counts["messages_dropped"] = str(dropped)
+            counts[DROPPED] = str(dropped)
         self._add_records(self._channels, self._description | counts)
         self._writer.finish()
         self._stream.flush()

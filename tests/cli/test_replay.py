@@ -18,6 +18,7 @@ from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request, TimedRequest
+from haul_ros.recording import run_file
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.run import TrainRun
@@ -314,7 +315,12 @@ def test_a_recording_that_may_lack_commands_is_warned_of(recorded: Haul) -> None
         count = sum(1 for _ in make_reader(stream).iter_messages())
     assert f"recovered          {count} messages up to " in outcome.out
     assert "lost               nothing of the file" in outcome.out
-    outcome = recorded("replay", "cut_recovered.mcap")
+    assert recorded("replay", "cut_recovered.mcap").err == ""
+    data = Path("run.mcap").read_bytes()
+    Path("killed.mcap").write_bytes(data[: data.index(b"messages_written") - 500])
+    outcome = recorded("recover", "killed.mcap", "-o", "killed_recovered.mcap")
+    assert f"recovered          {count} messages up to " in outcome.out
+    outcome = recorded("replay", "killed_recovered.mcap")
     assert outcome.status == 0
     assert outcome.err == "haul: warning: the recorder did not end: a replay may differ\n"
 
@@ -325,6 +331,29 @@ def test_a_recording_of_nothing_is_not_called_identical(haul: Haul) -> None:
     outcome = haul("replay", "empty.mcap")
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err == "haul: empty.mcap: holds no /haul/couplers: nothing was run\n"
+
+
+def test_what_a_recovered_recording_lacks_is_told_by_every_command(haul: Haul, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_file, "CHUNK_SIZE", 50_000)
+    assert haul("run", "short.yaml", "-o", "run.mcap", "--quiet").status == 0
+    data = Path("run.mcap").read_bytes()
+    with Path("run.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    last = summary.chunk_indexes[-1]
+    end = last.chunk_start_offset + last.chunk_length + last.message_index_length
+    Path("less.mcap").write_bytes(data[: last.chunk_start_offset] + data[end:])
+    outcome = haul("recover", "less.mcap", "-o", "recovered.mcap")
+    count = int(outcome.out.split("recovered          ")[1].split()[0])
+    missing = summary.statistics.message_count - count
+    assert count > 0
+    assert f"lost               {missing} messages, dropped while recording or taken out" in outcome.out
+    outcome = haul("info", "recovered.mcap")
+    assert f"{count}, {missing} more were written and are missing, none dropped" in outcome.out
+    outcome = haul("replay", "recovered.mcap")
+    assert outcome.status == 1
+    assert outcome.out.startswith("incomplete: the same are ")
 
 
 @pytest.mark.parametrize("command", [("replay", "short.yaml"), ("recover", "short.yaml", "-o", "new.mcap")])

@@ -39,12 +39,18 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording import recovery
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import RECOVERING_SUFFIX, recover
+from haul_ros.recording.run_file import RunFile, description_of
+from haul_ros.recording.sequences import OutOfOrderError, Sequences
 from haul_ros.recording.writer import FLUSH_INTERVAL, McapRecorder
 from haul_ros.ros.run import TrainRun
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
 
 SAMPLES = 500
+
+
+def open_run(path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> RunFile:
+    return RunFile(path, description_of(scenario, encoder.channels, "zstd"), scenario.document, encoder.channels)
 
 
 @pytest.fixture
@@ -77,8 +83,7 @@ def test_a_whole_recording_is_copied_with_all_that_is_in_it(whole: Path, tmp_pat
     with Recording(whole) as first, Recording(tmp_path / "copy.mcap") as second:
         assert second.scenario_document == first.scenario_document
         assert second.info().topics == first.info().topics
-        assert second.info().dropped is None
-        assert set(first.metadata.items()) - set(second.metadata.items()) == {("messages_dropped", "0")}
+        assert second.metadata == first.metadata
     assert sorted(p.name for p in tmp_path.iterdir()) == ["copy.mcap", "whole.mcap"]
 
 
@@ -158,7 +163,20 @@ def test_messages_that_the_recorder_dropped_are_counted(
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
         for _ in range(4):
             recorder.put([encoder.real_time_factor(0, 1.0)], 0)
-    assert recover(tmp_path / "run.mcap", tmp_path / "copy.mcap").missing == 3
+    result = recover(tmp_path / "run.mcap", tmp_path / "copy.mcap")
+    assert (result.missing, result.unplaced) == (3, 0)
+
+
+def test_what_the_recorder_says_it_dropped_at_the_end_is_missing_too(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_run(tmp_path / "run.mcap", scenario, encoder)
+    file.add(encoder.real_time_factor(0, 1.0), 0, 0)
+    file.finish(dropped=4)
+    result = recover(tmp_path / "run.mcap", tmp_path / "copy.mcap")
+    assert (result.missing, result.unplaced, result.gaps) == (4, 4, ())
+    with Recording(tmp_path / "copy.mcap") as recording:
+        assert (recording.info().dropped, recording.info().lost) == (4, 0)
 
 
 @pytest.mark.parametrize(
@@ -400,7 +418,8 @@ def chunks_of(path: Path) -> tuple[bytes, list[bytes], bytes]:
 @pytest.mark.parametrize(
     ("order", "missing", "repeated"),
     [((0, 1, 1, 2, 3), (), (1,)), ((0, 0, 0, 1, 2, 3), (), (0, 0)), ((0, 2, 3), (1,), ()), ((0, 2, 2, 3), (1,), (2,)),
-     ((0, 3), (1, 2), ()), ((0, 1, 2, 3, 1), (), (1,))],
+     ((0, 3), (1, 2), ()), ((0, 1, 2, 3, 1), (), (1,)), ((0, 2, 1, 3), (), ()), ((0, 3, 2, 1), (), ()),
+     ((0, 3, 1), (2,), ()), ((0, 3, 1, 3, 1), (2,), (1, 3)), ((0, 1, 2), (3,), ()), ((0, 2), (1, 3), ())],
 )  # fmt: skip
 def test_chunks_that_are_there_twice_or_not_at_all_are_counted_right(
     whole: Path, tmp_path: Path, order: tuple[int, ...], missing: tuple[int, ...], repeated: tuple[int, ...]
@@ -415,17 +434,73 @@ def test_chunks_that_are_there_twice_or_not_at_all_are_counted_right(
     assert result.messages == sum(sizes[n] for n in set(order))
     assert result.missing == sum(sizes[n] for n in missing)
     assert result.repeated == sum(sizes[n] for n in repeated)
-    assert len(result.gaps) == len(missing[:1])
+    assert result.unplaced == sum(sizes[n] for n in missing if n > max(order))
+    inner = [n for n in missing if n < max(order)]
+    assert len(result.gaps) == len(inner[:1])
+    times = [sorted({m.log_time for m in content_of_part(head + chunk)}) for chunk in chunks]
+    for begin, end in result.gaps:
+        assert times[inner[0] - 1][-2] <= begin <= times[inner[0]][1]
+        assert times[inner[-1]][-2] <= end <= times[inner[-1] + 1][1]
     recovered = content_of(copy)
     assert len(recovered) == len(set(recovered)) == result.messages
+    with Recording(copy) as recording:
+        assert len(recording.couplers().time_ns) == sum(topic.endswith("/couplers") for topic, *_ in recovered)
+        facts = recording.info()
+    assert (facts.written, facts.dropped, facts.lost) == (3 * SAMPLES, 0, result.missing)
+    assert facts.complete == (not missing)
 
 
-def content_of_part(data: bytes) -> list[object]:
+def content_of_part(data: bytes) -> list[mcap.records.Message]:
     """Message records of a file without an end."""
     records = StreamReader(io.BytesIO(data), emit_chunks=True).records
-    found = []
+    found: list[mcap.records.Message] = []
     with suppress(EndOfFile):
         for record in records:
             if isinstance(record, Chunk):
                 found += [inner for inner in breakup_chunk(record) if isinstance(inner, mcap.records.Message)]
-    return list(found)
+    return found
+
+
+def message_of(number: int, time_ns: int) -> mcap.records.Message:
+    return mcap.records.Message(channel_id=1, log_time=time_ns, publish_time=0, sequence=number, data=b"")
+
+
+def test_a_gap_is_what_all_topics_leave_open() -> None:
+    """Samples at 0, 1, 2 ... miss 3 and 4; extremes at 0, 10 miss one; a command between is the last of its topic."""
+    sequences = Sequences()
+    for time_ns in (0, 1, 2, 5, 6, 7, 8, 9):
+        assert sequences.take("samples", message_of(time_ns, time_ns))
+        if time_ns == 0:
+            assert sequences.take("extremes", message_of(0, 0))
+    assert sequences.take("extremes", message_of(2, 10))
+    assert (sequences.missing, sequences.gaps) == (3, [(2, 5)])
+
+
+def test_a_number_that_fills_a_gap_is_no_repetition() -> None:
+    sequences = Sequences()
+    assert sequences.take("samples", message_of(5, 50))
+    with pytest.raises(OutOfOrderError):
+        sequences.take("samples", message_of(2, 20))
+    late = Sequences(late=True)
+    taken = [late.take("samples", message_of(number, 10 * number)) for number in (5, 2, 2, 0, 4, 3, 1, 1, 5)]
+    assert taken == [True, True, False, True, True, True, True, False, False]
+    assert (late.missing, late.repeated) == (0, 3)
+
+
+def test_a_recording_without_its_first_chunk_says_that_its_topics_are_unknown(whole: Path, tmp_path: Path) -> None:
+    head, chunks, tail = chunks_of(whole)
+    (tmp_path / "headless.mcap").write_bytes(head + b"".join(chunks[1:]) + tail)
+    result = recover(tmp_path / "headless.mcap", tmp_path / "new.mcap")
+    assert result.messages == 0
+    assert re.search("damaged chunk: .*messages of channel 1, which is described nowhere before", result.damage or "")
+
+
+@pytest.mark.parametrize("number", ["-1", "x", "9" * 30, "\u0663"])
+def test_a_count_of_messages_that_is_no_number_is_damage(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, number: str
+) -> None:
+    file = open_run(tmp_path / "run.mcap", scenario, encoder)
+    file.finish(dropped=number)  # type: ignore[arg-type]
+    assert "messages_dropped is" in (recover(tmp_path / "run.mcap", tmp_path / "new.mcap").damage or "")
+    with Recording(tmp_path / "run.mcap") as recording, pytest.raises(RecordingError, match="messages_dropped is"):
+        recording.info()
