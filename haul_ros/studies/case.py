@@ -7,7 +7,7 @@ import io
 import math
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
@@ -187,24 +187,32 @@ class Answer(NamedTuple):
     result: CaseResult
 
 
-def answer(scenario: Scenario) -> Answer:
+class CaseStoppedError(Exception):
+    """A run was given up before its end."""
+
+
+def answer(scenario: Scenario, stop: Callable[[], bool] = lambda: False) -> Answer:
     """`simulate`, and say from which sources: those of another process may be others than one's own."""
-    return Answer(key(scenario), simulate(scenario))
+    return Answer(key(scenario), simulate(scenario, stop))
 
 
-def simulate(scenario: Scenario) -> CaseResult:
-    """Run a scenario with its own commands to its end; the GIL is released for seconds of simulation at a time.
+def simulate(scenario: Scenario, stop: Callable[[], bool] = lambda: False) -> CaseResult:
+    """Run a scenario with its own commands to its end; the GIL is released for a fraction of a second at a time.
 
     Raises
     ------
     CommandError
         A command of the scenario cannot be carried out at its time.
+    CaseStoppedError
+        ``stop`` has become true, a fraction of a second before.
     """
     session = Session(scenario, play_commands=True)
     speed = scenario.initial_speed
     while not session.finished:
+        if stop():
+            raise CaseStoppedError
         ahead = math.ceil(max(_CHECK_EVERY, speed / _HARDEST_STOP) / scenario.time_step)
-        speed = float(session.advance(min(ahead, session.steps_left)).speed.max())
+        speed = float(session.advance(min(ahead, session.steps_left), stop=stop).speed.max())
     stop_time, energy = session.stop_time, session.energy()
     return CaseResult(
         extremes=session.extremes(),

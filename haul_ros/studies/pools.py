@@ -36,12 +36,14 @@ def _always_there() -> None:
 class Pool:
     """An executor, how many cases to hand it at a time, and a `check` for the one who waits for it.
 
-    ``check`` never waits itself; it raises StudyError if there is nobody to wait for any more.
+    ``check`` never waits itself; it raises StudyError if there is nobody to wait for any more. ``local``: cases run in
+    this process, and can be told to stop; those under way elsewhere are only waited for no longer.
     """
 
     executor: Executor
     room: int
     check: Callable[[], None] = _always_there
+    local: bool = True
 
 
 def available_cores() -> int:
@@ -90,7 +92,7 @@ def cluster_pool(address: str) -> Iterator[Pool]:
         threads = _check_workers(client, address)
         heartbeat = Heartbeat(f"scheduler {address}", partial(_ask, client))
         # retries: of a case that failed by itself, not by the death of its worker
-        yield Pool(client.get_executor(pure=False, retries=0), _AHEAD * threads, heartbeat.check)
+        yield Pool(client.get_executor(pure=False, retries=0), _AHEAD * threads, heartbeat.check, local=False)
     finally:
         # Nothing is waited for here: whoever uses the pool has its results, and a scheduler may never answer again.
         with suppress(OSError, TimeoutError):

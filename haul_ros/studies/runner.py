@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, field
+from threading import Event
 
 from haul_ros.errors import HaulError
-from haul_ros.studies.case import Answer, Case, CaseResult, answer, key
+from haul_ros.model.scenario import Scenario
+from haul_ros.studies.case import Answer, Case, CaseResult, CaseStoppedError, answer, key
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import Pool
 from haul_ros.studies.store import ResultStore
@@ -33,15 +35,17 @@ class _Work:
     store: ResultStore
     on_finished: Callable[[], None]
     running: dict[Future[Answer], tuple[str, list[str]]] = field(default_factory=dict)
+    stopping: Event = field(default_factory=Event)
 
-    def hand_out(self, case: Case, digest: str, submit: Callable[[], Future[Answer]]) -> None:
+    def hand_out(self, case: Case, digest: str, scenario: Scenario) -> None:
         same = next((names for other, names in self.running.values() if other == digest), None)
         if same is not None:
             same.append(case.name)
         elif digest in self.store:
             self.on_finished()
         else:
-            self.running[submit()] = (digest, [case.name])
+            told = [self.stopping.is_set] if self.pool.local else []
+            self.running[self.pool.executor.submit(answer, scenario, *told)] = (digest, [case.name])
 
     def collect(self) -> None:
         """Keep what has finished meanwhile."""
@@ -51,6 +55,8 @@ class _Work:
             digest, names = self.running.pop(future)
             try:
                 self.store.add(digest, names[0], _checked(digest, future.result()))
+            except CaseStoppedError:
+                continue
             except HaulError as error:
                 raise StudyError(f"case {names[0]}: {error}") from error
             except CancelledError as error:
@@ -59,7 +65,8 @@ class _Work:
                 self.on_finished()
 
     def withdraw(self) -> None:
-        """Take back what nobody has begun."""
+        """Take back what nobody has begun, and let the others give up."""
+        self.stopping.set()
         for future in [future for future in self.running if future.cancel()]:
             del self.running[future]
 
@@ -85,8 +92,8 @@ def run_cases(
 ) -> list[Done]:
     """Run the cases that the store does not have; returns those that it has then, in order.
 
-    ``on_finished`` is called for each finished case. When ``stop`` becomes true no further case begins, and
-    those under way are finished and kept. Results do not depend on the pool, bit for bit.
+    ``on_finished`` is called for each finished case. When ``stop`` becomes true no further case begins, those under way
+    are given up, and this returns within about a second. Results do not depend on the pool, bit for bit.
 
     Raises
     ------
@@ -104,7 +111,7 @@ def run_cases(
                 break
             scenario = case.load()
             digest = key(scenario)
-            work.hand_out(case, digest, lambda scenario=scenario: pool.executor.submit(answer, scenario))  # type: ignore[misc]
+            work.hand_out(case, digest, scenario)
             asked.append(Done(case, digest))
         while work.running:
             if stop():

@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import math
 import sqlite3
+import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, wait
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -31,9 +33,9 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
     """The scenarios that are simulated from now on."""
     run: list[Scenario] = []
 
-    def answer_and_note(scenario: Scenario) -> Answer:
+    def answer_and_note(scenario: Scenario, stop: Callable[[], bool]) -> Answer:
         run.append(scenario)
-        return answer(scenario)
+        return answer(scenario, stop)
 
     monkeypatch.setattr(runner, "answer", answer_and_note)
     return run
@@ -68,6 +70,33 @@ def test_stopped_early_finished_cases_are_kept_and_no_further_one_begins(tmp_pat
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
         assert all(d.key in store for d in done)
         assert len(run_cases(speeds(20), pool, store)) == 20
+
+
+@pytest.mark.parametrize("how", ["stop", "error"])
+def test_long_cases_under_way_are_given_up_within_a_second_and_finished_ones_kept(
+    tmp_path: Path, speeds: Cases, short: str, how: str
+) -> None:
+    grades = [{"from_m": 0, "grade_permille": -2}]
+    endless = {"commands": [], "max_duration_s": 80_000, "track": {"grades": grades}}
+    long = [Case(f"long {n}", short, {**endless, "initial_speed_kmh": 60 + n}, {}) for n in range(2)]
+    begun: list[float] = []
+
+    def stop() -> bool:
+        return how == "stop" and bool(begun) and time.monotonic() > begun[0] + 0.5
+
+    def check() -> None:
+        if how == "error" and begun and time.monotonic() > begun[0] + 0.5:
+            raise StudyError("lost")
+
+    with ResultStore(tmp_path / "results.sqlite") as store:
+        with local_pool(2) as pool, nullcontext() if how == "stop" else pytest.raises(StudyError, match="lost"):
+            watched = replace(pool, check=check)
+            done = run_cases(
+                [*speeds(2), *long], watched, store, on_finished=lambda: begun.append(time.monotonic()), stop=stop
+            )
+            assert [found.case.name for found in done] == ["case 0", "case 1"]
+        assert time.monotonic() < begun[0] + 2.0
+        assert [key(case.load()) in store for case in [*speeds(2), *long]] == [True, True, False, False]
 
 
 def test_equal_cases_are_run_once(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +187,7 @@ def test_what_is_kept_but_damaged_or_swapped_is_told_and_computed_again(
 def test_a_result_without_all_numbers_is_not_kept(
     tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def incomplete(scenario: Scenario) -> Answer:
+    def incomplete(scenario: Scenario, _stop: object) -> Answer:
         found = answer(scenario)
         return found._replace(result=replace(found.result, distance=math.nan))
 
@@ -178,7 +207,7 @@ def test_a_kept_result_without_all_numbers_is_computed_again(tmp_path: Path, spe
 
 
 def test_the_answer_of_other_sources_is_refused(tmp_path: Path, speeds: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "answer", lambda scenario: answer(scenario)._replace(key="another"))
+    monkeypatch.setattr(runner, "answer", lambda scenario, _: answer(scenario)._replace(key="another"))
     with ResultStore(tmp_path / "results.sqlite") as store, local_pool(1) as pool:
         with pytest.raises(StudyError, match="case 0: was computed with other sources of haul_ros"):
             run_cases(speeds(1), pool, store)
