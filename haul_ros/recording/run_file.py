@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import time
@@ -9,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
@@ -161,10 +162,11 @@ class RunFile:
         Raises
         ------
         RecordingError
-            The file has been removed, renamed or replaced meanwhile.
+            The file has been removed, renamed, replaced or cut short meanwhile.
         """
         self._writer.flush()
         self._check_name(self.active)
+        _check_length(self._stream.fileno(), self.size, self.active)
 
     def finish(self, dropped: int | None, written: int | None = None) -> int:
         """Complete the file, note how many messages were dropped, give it its name; returns its size in bytes.
@@ -175,7 +177,7 @@ class RunFile:
         ------
         RecordingError
             A file of that name has come into being meanwhile, and the recording keeps its ``.active`` name; or that
-            one has been removed, renamed or replaced.
+            one has been removed, renamed, replaced, cut short or written to.
         """
         self.flush()
         counts = {WRITTEN: str(sum(self._counts.values()) if written is None else written)}
@@ -184,6 +186,8 @@ class RunFile:
         self._add_records(self._channels, self._description | counts)
         self._writer.finish()
         self._stream.flush()
+        if os.fstat(self._stream.fileno()).st_size != self.size:
+            raise RecordingError(_changed(self.active))
         os.fsync(self._stream.fileno())  # the final name must stand for a whole file, even after a power failure
         size = self.size
         self._stream.close()
@@ -204,8 +208,27 @@ class RunFile:
 
     def abandon(self) -> None:
         """Leave the file as it is."""
-        with suppress(OSError):  # what could not be written before cannot be written now either
+        with suppress(OSError, RecordingError):  # what could not be written before cannot be written now either
             self._stream.close()
+
+
+def _changed(active: Path) -> str:
+    return f"recording failed: {active} was cut short or written to by somebody else, what was in it is damaged or lost"
+
+
+def _check_length(file: int, written: int, active: Path) -> None:
+    """See that all that was written is still there."""
+    if os.fstat(file).st_size < written:
+        raise RecordingError(_changed(active))
+
+
+class _OwnFile(io.FileIO):
+    """A file that nobody else cuts short: behind the cut, writing would leave a hole that looks like data."""
+
+    def write(self, data: Any, /) -> int:
+        """Write at the present place, to which the file must reach."""
+        _check_length(self.fileno(), self.tell(), Path(self.name))
+        return super().write(data)
 
 
 def _create(path: Path, active: Path) -> BinaryIO:
@@ -213,7 +236,7 @@ def _create(path: Path, active: Path) -> BinaryIO:
     if os.path.lexists(path):
         raise RecordingError(f"{path}: exists already and is not overwritten, expected a new name")
     try:
-        return active.open("xb")
+        return io.BufferedWriter(_OwnFile(active, "xb"))
     except FileExistsError:
         raise RecordingError(f"{active}: an unfinished recording exists already, expected a new name") from None
     except FileNotFoundError:

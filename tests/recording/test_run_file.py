@@ -175,6 +175,61 @@ def test_a_file_that_loses_its_name_while_recording_is_no_success(
     assert all(path.read_text() == "precious" for path in tmp_path.iterdir() if path.name != "elsewhere")
 
 
+def cut_short(path: Path) -> None:
+    os.truncate(path, 100)
+
+
+def empty(path: Path) -> None:
+    os.truncate(path, 0)
+
+
+@pytest.mark.usefixtures("small_chunks")
+@pytest.mark.parametrize("interfere", [cut_short, empty])
+@pytest.mark.parametrize("more", [0, 1, 500])
+def test_a_file_that_is_cut_short_while_recording_is_no_success(
+    tmp_path: Path,
+    scenario: Scenario,
+    encoder: TelemetryEncoder,
+    make_sample: Callable[[int], Sample],
+    wait_until: Callable[[Callable[[], bool]], None],
+    interfere: Callable[[Path], None],
+    more: int,
+) -> None:
+    """Whatever is written behind the cut: the file would be as long as ever, with a hole."""
+    recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, when_full="block")
+    recorder.put(encoder.sample(make_sample(0)), 0)
+    written = recorder.status.bytes
+    wait_until(lambda: recorder.status.bytes > written)  # flushed
+    interfere(tmp_path / "run.mcap.active")
+    for step in range(more):
+        recorder.put(encoder.sample(make_sample(step)), 0)
+    with pytest.raises(RecordingError, match=r"run\.mcap\.active was cut short or written to by somebody else"):
+        recorder.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.active"]
+
+
+def test_a_file_that_somebody_else_appends_to_is_no_success(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    file.flush()
+    with (tmp_path / "run.mcap.active").open("ab") as stream:
+        stream.write(bytes(100_000))
+    with pytest.raises(RecordingError, match="was cut short or written to by somebody else"):
+        file.finish(dropped=0)
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_a_file_that_is_cut_short_is_noticed_while_nothing_is_recorded(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    file = open_file(tmp_path / "run.mcap", scenario, encoder)
+    file.flush()
+    cut_short(tmp_path / "run.mcap.active")
+    with pytest.raises(RecordingError, match="was cut short"):
+        file.flush()
+
+
 @pytest.mark.parametrize("interfere", [remove, rename, replace_by_a_link, replace_by_a_file])
 def test_a_file_that_loses_its_name_at_last_is_no_success(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, interfere: Callable[[Path], None]
