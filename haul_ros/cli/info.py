@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import time
 from contextlib import suppress
 from typing import Any
 
@@ -14,22 +15,27 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import Survey, survey
 from haul_ros.units import NS_PER_S
 
+_LONGEST_CHECK = 5.0
+"""Wall time [s] for the checksums of chunks: some gigabytes."""
+
 
 def info(arguments: argparse.Namespace) -> int:
     """Print the facts about a recording; of one that cannot be opened those before its damage, and what is wrong."""
     try:
         with Recording(arguments.file) as recording:
             facts = recording.info()
+            until = time.monotonic() + _LONGEST_CHECK
+            checked = recording.check_chunks(lambda: time.monotonic() > until)
     except RecordingError:
         with suppress(RecordingError):
             found = survey(arguments.file)
             print(json.dumps(_trusted_json(found), indent=2) if arguments.json else "\n".join(_trusted_lines(found)))
         raise
-    print(json.dumps(_json(facts), indent=2) if arguments.json else "\n".join(_lines(facts)))
+    print(json.dumps(_json(facts, *checked), indent=2) if arguments.json else "\n".join(_lines(facts, *checked)))
     return 0
 
 
-def _lines(facts: RecordingInfo) -> list[str]:
+def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
     times = f"{facts.start_ns / NS_PER_S:.3f} to {facts.end_ns / NS_PER_S:.3f} s of simulation"
     width = max((len(topic.topic) for topic in facts.topics), default=0)
     return [
@@ -40,6 +46,7 @@ def _lines(facts: RecordingInfo) -> list[str]:
                 ("train", f"{facts.vehicles} vehicles, {facts.couplers} couplers, {', '.join(facts.locomotives)}"),
                 ("time", f"{times}, time step {facts.time_step * 1e3:g} ms"),
                 ("messages", f"{facts.messages}, {_completeness(facts)}"),
+                ("checksums", _checksums(checked, chunks)),
             ]
         ),
         "topics",
@@ -86,7 +93,13 @@ def _completeness(facts: RecordingInfo) -> str:
     return lost + (f"{facts.dropped} dropped" if facts.dropped else "none dropped")
 
 
-def _json(facts: RecordingInfo) -> dict[str, Any]:
+def _checksums(checked: int, chunks: int) -> str:
+    if checked == chunks:
+        return "all fit"
+    return f"those of the first {checked} of {chunks} chunks fit, the others have not been compared"
+
+
+def _json(facts: RecordingInfo, checked: int, chunks: int) -> dict[str, Any]:
     return {
         "path": str(facts.path),
         "size_bytes": facts.size,
@@ -105,5 +118,7 @@ def _json(facts: RecordingInfo) -> dict[str, Any]:
         "messages_dropped": facts.dropped,
         "messages_written": facts.written,
         "complete": facts.complete,
+        "chunks": chunks,
+        "chunks_checked": checked,
         "topics": [{"topic": t.topic, "type": t.msgtype, "messages": t.count} for t in facts.topics],
     }

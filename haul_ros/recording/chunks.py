@@ -10,15 +10,14 @@ import struct
 from collections import deque
 from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from io import BytesIO
 from typing import Any, NamedTuple
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Chunk, ChunkIndex
-from mcap.stream_reader import get_chunk_data_stream
+from mcap.records import ChunkIndex
 from numpy.typing import NDArray
+
+from haul_ros.recording.ordered import chunk_data, read_chunk
 
 _HEAD = np.dtype(
     [
@@ -80,12 +79,8 @@ def load_chunks(file: int, indexes: Iterable[ChunkIndex], channels: Collection[i
 
 
 def _load(file: int, index: ChunkIndex, channels: Iterable[int]) -> LoadedChunk:
-    record = os.pread(file, index.chunk_length, index.chunk_start_offset)
-    if record[0] != Opcode.CHUNK:
-        raise ValueError("chunk index does not point to a chunk")
-    chunk = Chunk.read(ReadDataStream(BytesIO(record[_RECORD_HEAD:])))
-    data, length = get_chunk_data_stream(chunk, validate_crc=True)
-    return LoadedChunk(data.read(length), {channel: _entries(file, index, channel) for channel in channels})
+    data = chunk_data(read_chunk(file, index))
+    return LoadedChunk(data, {channel: _entries(file, index, channel) for channel in channels})
 
 
 def _entries(file: int, index: ChunkIndex, channel: int) -> NDArray[Any]:

@@ -1,6 +1,6 @@
 """Whether a recording is what was written, before anything of it is believed: checksums, places and sizes.
 
-The format: https://mcap.dev/spec. The mcap library checks the checksums of chunks, and no other.
+The format: https://mcap.dev/spec. The seeking reader of the mcap library checks the checksums of chunks, and no other.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ DROPPED = "messages_dropped"
 
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")
+_DATA_END = struct.Struct("<BQI")
 _RECORD_HEAD = struct.Struct("<BQ")
 _PIECE = 1024 * 1024
 _MOST_EXPANSION_OF_LZ4 = 255
@@ -81,20 +82,57 @@ def check_summary(file: int, size: int) -> None:
     ValueError
         It does not fit, or there is no footer.
     """
+    start, end, expected = _summary_section(file, size)
+    if expected not in (0, _checksum(file, start, end)):
+        raise ValueError("summary section: checksum does not fit")
+
+
+def _summary_section(file: int, size: int) -> tuple[int, int, int]:
+    """Where it begins, where what its checksum covers ends, and that checksum."""
     place = size - len(MCAP0_MAGIC) - _FOOTER.size
     if place < len(MCAP0_MAGIC):
         raise ValueError("no room for a footer")
     opcode, length, start, _, expected = _FOOTER.unpack(os.pread(file, _FOOTER.size, place))
     if opcode != Opcode.FOOTER or length != _FOOTER.size - _RECORD_HEAD.size:
         raise ValueError("no footer at its end")
-    start, end = start or place, place + _FOOTER.size - 4
-    if not len(MCAP0_MAGIC) <= start <= place:
+    if not len(MCAP0_MAGIC) <= (start or place) <= place:
         raise ValueError("footer does not point to a summary section")
+    return start or place, place + _FOOTER.size - 4, expected
+
+
+def _checksum(file: int, start: int, end: int) -> int:
     found = 0
     for begin in range(start, end, _PIECE):
         found = zlib.crc32(os.pread(file, min(_PIECE, end - begin), begin), found)
-    if expected not in (0, found):
-        raise ValueError("summary section: checksum does not fit")
+    return found
+
+
+def check_data(file: int, size: int) -> None:
+    """Compare the checksum of the data section of an open file of this size, if it has one: recorders of others do.
+
+    Raises
+    ------
+    ValueError
+        It does not fit, or the data section has no end.
+    """
+    start, _, _ = _summary_section(file, size)
+    place = start - _DATA_END.size
+    opcode, length, expected = _DATA_END.unpack(os.pread(file, _DATA_END.size, place) if place > 0 else bytes(13))
+    if opcode != Opcode.DATA_END or length != _DATA_END.size - _RECORD_HEAD.size:
+        raise ValueError("data section: does not end before the summary section")
+    check_data_checksum(file, place, expected)
+
+
+def check_data_checksum(file: int, end: int, expected: int) -> None:
+    """Compare the checksum of all before the end of the data section; 0 stands for none.
+
+    Raises
+    ------
+    ValueError
+        It does not fit.
+    """
+    if expected and expected != _checksum(file, 0, end):
+        raise ValueError("data section: checksum does not fit")
 
 
 def check_chunks(file: int, size: int, indexes: Sequence[ChunkIndex]) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from contextlib import AbstractContextManager
 from itertools import groupby
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from mcap.reader import SeekingReader
@@ -33,11 +34,13 @@ from haul_ros.recording.integrity import (
     WRITTEN,
     attachment,
     check_chunks,
+    check_data,
     check_summary,
     descriptions,
     message_count,
 )
 from haul_ros.recording.opening import open_finished, reading
+from haul_ros.recording.ordered import chunk_data, ordered_messages, read_chunk
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, described_channels
 from haul_ros.recording.series import (
     CouplerSeries,
@@ -51,6 +54,8 @@ from haul_ros.recording.topics import TopicIndex
 
 LATEST_NS = 2**60
 """Simulation time [ns] that no run reaches: 36 years."""
+MOST_ENTRIES = 500_000
+"""Commands, and events, of one recording: some 200 MB of memory."""
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
 
 
@@ -73,6 +78,7 @@ class Recording:
             with self._border():
                 self._size = os.fstat(self._stream.fileno()).st_size
                 check_summary(self._stream.fileno(), self._size)
+                check_data(self._stream.fileno(), self._size)
                 # No record is longer than the file, whatever a damaged one says.
                 self._reader = SeekingReader(self._stream, validate_crcs=True, record_size_limit=self._size)
                 self._summary, self._statistics = self._read_summary()
@@ -130,6 +136,23 @@ class Recording:
                 dropped=message_count(self.metadata, DROPPED),
                 written=message_count(self.metadata, WRITTEN),
             )
+
+    def check_chunks(self, enough: Callable[[], bool] = lambda: False) -> tuple[int, int]:
+        """Compare the checksums of chunks, until there is ``enough``; of how many, and of how many there are.
+
+        Raises
+        ------
+        RecordingError
+            One does not fit.
+        """
+        checked, indexes = 0, self._summary.chunk_indexes
+        with self._border():
+            for index in indexes:
+                if enough():
+                    break
+                chunk_data(read_chunk(self._stream.fileno(), index))
+                checked += 1
+        return checked, len(indexes)
 
     def count(self, channel: Channel) -> int:
         """How many messages a channel has."""
@@ -229,33 +252,32 @@ class Recording:
         begun: set[str] = set()
         requests: list[TimedRequest] = []
         with self._border():
-            for _, channel, message in self._reader.iter_messages(topics=codec.topics):
+            for topic, message in self._ordered(codec.topics):
                 if message.log_time > LATEST_NS:
-                    raise ValueError(f"{channel.topic}: a message at {message.log_time} ns")
-                if codec.is_state(channel.topic) and channel.topic not in begun:
-                    begun.add(channel.topic)  # how the link was when the run began
+                    raise ValueError(f"{topic}: a message at {message.log_time} ns")
+                if codec.is_state(topic) and topic not in begun:
+                    begun.add(topic)  # how the link was when the run began
                 else:
-                    requests.append(TimedRequest(message.log_time, codec.decode(channel.topic, message.data)))
+                    _check_room(requests, "commands")
+                    requests.append(TimedRequest(message.log_time, codec.decode(topic, message.data)))
             return tuple(requests)
 
     def events(self) -> tuple[Event, ...]:
         """What happened, in order of time."""
         with self._border():
-            entries = [
-                (message.log_time, typestore().deserialize_cdr(message.data, LOG))
-                for message in self._messages(self.channels.events.topic)
-            ]
-            return tuple(
-                Event(time_ns, EventKind(entry.name.removeprefix(LOGGER)), entry.msg)  # type: ignore[attr-defined]
-                for time_ns, entry in entries
-            )
+            events: list[Event] = []
+            for message in self._messages(self.channels.events.topic):
+                _check_room(events, "events")
+                entry: Any = typestore().deserialize_cdr(message.data, LOG)
+                events.append(Event(message.log_time, EventKind(entry.name.removeprefix(LOGGER)), entry.msg))
+            return tuple(events)
 
     def state_messages(self) -> Iterator[Message]:
         """Couplers, vehicles, pressures and extremes as recorded, byte for byte, in order of time."""
         by_topic = {channel.topic: channel for channel in self.channels.state}
         with self._border():
-            for _, channel, message in self._reader.iter_messages(topics=list(by_topic)):
-                yield Message(by_topic[channel.topic], message.log_time, message.data)
+            for topic, message in self._ordered(by_topic):
+                yield Message(by_topic[topic], message.log_time, message.data)
 
     def _read_summary(self) -> tuple[Summary, Statistics]:
         profile = self._reader.get_header().profile
@@ -283,19 +305,27 @@ class Recording:
     def _messages(self, topic: str) -> Iterator[McapMessage]:
         """As many messages as the statistics say, or ValueError."""
         read, expected = 0, self._topics.count(topic)
-        for _, _, message in self._reader.iter_messages(topics=[topic]):
+        for _, message in self._ordered([topic]):
             read += 1
             yield message
         if read != expected:
             raise ValueError(f"{topic}: {read} messages, expected {expected}")
 
+    def _ordered(self, topics: Iterable[str], *, reverse: bool = False) -> Iterator[tuple[str, McapMessage]]:
+        """Messages of topics, each with its topic, in order of time."""
+        wanted = set(topics)
+        by_id = {key: channel.topic for key, channel in self._summary.channels.items() if channel.topic in wanted}
+        indexes = self._summary.chunk_indexes
+        for message in ordered_messages(self._stream.fileno(), indexes, by_id.keys(), reverse=reverse):
+            yield by_id[message.channel_id], message
+
     def _extremes(self, reverse: bool) -> Iterator[RecordedExtremes]:
         compression, tension = self.channels.max_compression.topic, self.channels.max_tension.topic
         codec: JointStateCodec | None = None
         with self._border():
-            found = self._reader.iter_messages(topics=[compression, tension], reverse=reverse)
-            for time_ns, group in groupby(found, lambda entry: entry[2].log_time):
-                data = {channel.topic: message.data for _, channel, message in group}
+            found = self._ordered([compression, tension], reverse=reverse)
+            for time_ns, group in groupby(found, lambda entry: entry[1].log_time):
+                data = {topic: message.data for topic, message in group}
                 if len(data) < 2:  # cut off between the two
                     continue
                 codec = codec or JointStateCodec.of(data[compression])
@@ -324,6 +354,11 @@ class Recording:
 
     def _border(self) -> AbstractContextManager[None]:
         return reading(self.path)
+
+
+def _check_room(found: Sized, name: str) -> None:
+    if len(found) >= MOST_ENTRIES:
+        raise ValueError(f"more than {MOST_ENTRIES} {name}")
 
 
 def _couplers(columns: Columns) -> CouplerSeries:

@@ -15,14 +15,22 @@ from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, McapRecord, MessageIndex, Metadata
 from mcap.records import Message as McapMessage
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.errors import RecordingError
 from haul_ros.files import open_file
 from haul_ros.messages.encoder import Message
-from haul_ros.recording.integrity import DROPPED, WRITTEN, check_chunk, checked_description, message_count
+from haul_ros.recording.integrity import (
+    DROPPED,
+    WRITTEN,
+    check_chunk,
+    check_data_checksum,
+    checked_description,
+    message_count,
+)
 from haul_ros.recording.opening import another_kind
+from haul_ros.recording.ordered import chunk_data, chunk_records
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile, described_channels
 from haul_ros.recording.sequences import OutOfOrderError, Sequences
 
@@ -260,7 +268,7 @@ class _Source:
 
     def _messages(self, chunk: Chunk) -> _Messages:
         check_chunk(chunk)
-        records = breakup_chunk(chunk, validate_crc=True)
+        records = list(chunk_records(chunk_data(chunk)))
         self._topics |= {entry.id: entry.topic for entry in records if isinstance(entry, Channel)}
         messages = [entry for entry in records if isinstance(entry, McapMessage)]
         if unknown := {message.channel_id for message in messages} - self._topics.keys():
@@ -289,7 +297,8 @@ class _Source:
                 end = self._stream.tell()
                 self._compare(record, end)
                 if isinstance(record, DataEnd):
-                    self.good = self.size
+                    begin, self.good = self.good, self.size
+                    self._check_data(begin, record.data_section_crc)
                     return
                 yield record
                 self.good, self._stream.end = end, end + LONGEST_RECORD
@@ -297,6 +306,12 @@ class _Source:
             raise
         except Exception as err:  # whatever the library raises on damaged bytes
             self.damage = self._damage(err)
+
+    def _check_data(self, end: int, expected: int) -> None:
+        try:
+            check_data_checksum(self._stream.fileno(), end, expected)
+        except ValueError as err:
+            self.damage = str(err)
 
     def _compare(self, record: McapRecord, end: int) -> None:
         """Written again, a record must be the bytes from the last good one up to ``end``.

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from haul_ros.cli import info
 from haul_ros.recording.reader import Recording
 
 if TYPE_CHECKING:
@@ -43,3 +45,22 @@ def test_json_says_the_same(recorded: Haul) -> None:
     assert found["size_bytes"] == facts.size
     assert found["locomotives"] == ["master", "slave_1"]
     assert {"topic": "/haul/couplers", "type": "sensor_msgs/msg/JointState", "messages": 101} in found["topics"]
+
+
+def test_a_damaged_chunk_is_told_of_with_what_lies_before_it(haul: Haul) -> None:
+    assert haul("run", "short.yaml", "-o", "run.mcap", "--quiet", "--compression", "none").status == 0
+    assert "checksums          all fit" in haul("info", "run.mcap").out
+    data = bytearray(Path("run.mcap").read_bytes())
+    data[len(data) // 2] ^= 4
+    Path("damaged.mcap").write_bytes(data)
+    outcome = haul("info", "damaged.mcap")
+    assert outcome.status == 2
+    assert "damaged or unfinished; before its damage" in outcome.out
+    assert outcome.err.count("\n") == 1
+
+
+def test_what_was_not_checked_is_said(haul: Haul, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert haul("run", "short.yaml", "-o", "run.mcap", "--quiet").status == 0
+    monkeypatch.setattr(info, "_LONGEST_CHECK", -1.0)
+    assert "those of the first 0 of " in haul("info", "run.mcap").out
+    assert json.loads(haul("info", "run.mcap", "--json").out)["chunks_checked"] == 0

@@ -24,7 +24,7 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover, survey
 from haul_ros.recording.writer import McapRecorder
-from tests.recorded import content, sign_summary, summary_section
+from tests.recorded import content, forge, sign_summary, summary_section
 
 pytestmark = pytest.mark.no_cover
 
@@ -125,6 +125,43 @@ def test_a_description_at_the_end_that_hides_is_noticed(run: Path, tmp_path: Pat
     damaged.write_bytes(data[:place] + after + data[place + len(before) :])
     with pytest.raises(RecordingError, match=r"is called haul_rot|a checksum is missing"):
         Recording(damaged)
+
+
+def test_the_checksum_of_the_data_section_is_compared_where_there_is_one(run: Path, tmp_path: Path) -> None:
+    """It alone covers the header and the indexes of messages."""
+    signed, damaged = tmp_path / "signed.mcap", tmp_path / "damaged.mcap"
+    forge(run, signed, data_checksum=True)
+    forge(run, tmp_path / "unsigned.mcap")
+    assert content(signed)[:1] + content(signed)[2:] == content(tmp_path / "unsigned.mcap")[:1] + content(signed)[2:]
+    whole = recover(signed, tmp_path / "whole.mcap")
+    assert whole.damage is None
+    data = signed.read_bytes()
+    start, _ = summary_section(data)
+    for place in (data.index(b"somebody else"), start - 1):
+        changed = bytearray(data)
+        changed[place] ^= 1
+        damaged.write_bytes(changed)
+        with pytest.raises(RecordingError, match="data section: checksum does not fit"):
+            Recording(damaged)
+        (tmp_path / "recovered.mcap").unlink(missing_ok=True)
+        result = recover(damaged, tmp_path / "recovered.mcap")
+        assert (result.damage, result.bytes_lost) == ("data section: checksum does not fit", 0)
+        assert result.messages == whole.messages
+        assert survey(damaged).damage == result.damage
+
+
+def test_chunks_are_checked_until_it_is_enough(run: Path, tmp_path: Path) -> None:
+    forge(run, tmp_path / "many.mcap", chunk_size=1000)
+    with Recording(tmp_path / "many.mcap") as recording:
+        count, all_of_them = recording.check_chunks()
+        assert count == all_of_them > 3
+        asked = iter([False, False, True])
+        assert recording.check_chunks(lambda: next(asked)) == (2, all_of_them)
+    data = bytearray((tmp_path / "many.mcap").read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "damaged.mcap").write_bytes(data)
+    with Recording(tmp_path / "damaged.mcap") as recording, pytest.raises(RecordingError, match="damaged recording"):
+        recording.check_chunks()
 
 
 def expanding(path: Path, source: Path, compression: CompressionType, size: int) -> None:
