@@ -103,12 +103,21 @@ def _missing(facts: RecordingInfo, times: Mapping[str, list[int]], session: Sess
     """How many messages by topic are not there that the others, the rate of samples or the recorder tell of."""
     found = set().union(*times.values())
     begin, period = min(found, default=0), session.steps_per_sample
-    first, last = (round(time_ns / NS_PER_S / session.scenario.time_step) for time_ns in (begin, facts.end_ns))
-    steps = range(-(-first // period) * period, last + 1, period)
-    expected = found | {seconds_to_ns(step * session.scenario.time_step) for step in steps}
-    if facts.dropped is None:  # it ended anywhere, between two messages of a sample too
-        expected -= {max(expected)}
-    missing = {topic: len(expected - set(there)) for topic, there in times.items()}
+    time_step = session.scenario.time_step
+    first, last = (round(time_ns / NS_PER_S / time_step) for time_ns in (begin, facts.end_ns))
+    steps = range(-(-first // period) * period, last + 1, period)  # no set of them: a time may be years away
+
+    def regular(time_ns: int) -> bool:
+        step = round(time_ns / NS_PER_S / time_step)
+        return step in steps and seconds_to_ns(step * time_step) == time_ns
+
+    expected = len(steps) + sum(not regular(time_ns) for time_ns in found)
+    latest = max([*found, *(seconds_to_ns(step * time_step) for step in steps[-1:])])
+    missing = {}
+    for topic, there in times.items():
+        missing[topic] = expected - len(set(there))
+        if facts.dropped is None and latest not in there:  # it ended anywhere, between two messages of a sample too
+            missing[topic] -= 1
     if facts.written is not None and facts.written > facts.messages + sum(missing.values()):
         missing[""] = facts.written - facts.messages - sum(missing.values())
     return {topic: count for topic, count in missing.items() if count}

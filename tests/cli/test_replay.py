@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.records import Message as McapMessage
 from mcap.writer import Writer
 
 from haul_ros.analysis.replay import session_with_changes
@@ -24,6 +26,7 @@ from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.run import TrainRun
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
+from tests.recorded import forge
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -361,3 +364,21 @@ def test_a_file_that_is_no_recording_is_one_line(haul: Haul, command: tuple[str,
     outcome = haul(*command)
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err == "haul: short.yaml: not an MCAP file, expected a recording of haul_ros\n"
+
+
+def test_an_event_years_after_the_last_sample_costs_no_memory(recorded: Haul) -> None:
+    def late(found: list[tuple[str, McapMessage]]) -> list[tuple[str, McapMessage]]:
+        (*others, (topic, last)) = [*found, next(pair for pair in found if pair[0].endswith("/applied_brake"))]
+        return [*others, (topic, replace(last, log_time=10 * 365 * 86400 * SECOND))]
+
+    forge(Path("run.mcap"), Path("late.mcap"), messages=late)
+    tracemalloc.start()
+    outcome = recorded("replay", "late.mcap")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert outcome.status == 1
+    samples = 10 * 365 * 86400 * 50 + 1
+    with Recording("run.mcap") as recording:
+        missing = samples - recording.count(recording.channels.couplers)
+    assert f"missing: {missing} messages of /haul/couplers" in outcome.out
+    assert peak < 100_000_000
