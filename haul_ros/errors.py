@@ -5,9 +5,9 @@ from __future__ import annotations
 _LONGEST_LINE = 1000
 
 
-def one_line(text: str) -> str:
+def one_line(text: str, longest: int = _LONGEST_LINE) -> str:
     """A text that may come from a file or from anyone, to be shown: control characters escaped, shortened if long."""
-    shown = text if len(text) <= _LONGEST_LINE else f"{text[: _LONGEST_LINE - 200]} ... {text[-150:]}"
+    shown = text if len(text) <= longest else f"{text[: longest * 4 // 5]} ... {text[-longest * 3 // 20 :]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
 
 

@@ -23,6 +23,7 @@ from haul_ros.analysis.plotting import (
     mark_locomotives,
     plot_peak_forces,
     plot_peak_strokes,
+    shown_title,
 )
 from haul_ros.model.consist import Consist
 from haul_ros.model.sample import CouplerExtremes
@@ -67,7 +68,7 @@ def history_figure(consist: Consist, history: History, events: Sequence[BrakeEve
     """Force of every coupler over time as colours, with the brake events; speed of head and tail below."""
     figure = Figure(figsize=SIZE, layout="constrained")
     force, speed = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    figure.suptitle(title)
+    figure.suptitle(shown_title(title))
 
     edges = history.force_edges
     limit = max(float(np.abs(history.force).max()) / 1e3, 1.0)

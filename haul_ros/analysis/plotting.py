@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from haul_ros.analysis.envelopes import largest_force
+from haul_ros.errors import one_line
 from haul_ros.files import create_file
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 
@@ -31,14 +32,21 @@ DASHES = ("-", "--", "-.", ":")
 DPI = 160
 SIZE = (10.0, 6.8)
 """Width and height [inch] of two panels, one above the other."""
+_LONGEST_TITLE = 200
+"""Characters."""
 LOW_SIZE = (10.0, 4.8)
 """The same of one panel, or of several side by side."""
+
+
+def shown_title(title: str) -> str:
+    """What of a text, which may come from a file, has room above a picture."""
+    return one_line(title, _LONGEST_TITLE)
 
 
 def new_figure(title: str, size: tuple[float, float] = SIZE) -> Figure:
     """An empty figure, which finds room for all that is put into it."""
     figure = Figure(figsize=size, layout="constrained")
-    figure.suptitle(title)
+    figure.suptitle(shown_title(title))
     return figure
 
 

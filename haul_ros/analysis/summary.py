@@ -115,9 +115,14 @@ def recorded_scenario(recording: Recording, overrides: Mapping[str, object] | No
     Raises
     ------
     HaulError
-        The file is damaged, or its scenario is not one that this version understands.
+        The file is damaged, its scenario is not one that this version understands, or of another train.
     """
-    return load_scenario_text(recording.scenario_document, recording.info().scenario, overrides)
+    facts = recording.info()
+    scenario = load_scenario_text(recording.scenario_document, facts.scenario, None)
+    locomotives = tuple(locomotive.name for locomotive in scenario.consist.locomotives)
+    if (len(scenario.consist.vehicles), locomotives) != (facts.vehicles, facts.locomotives):
+        raise RecordingError(f"{recording.path}: its scenario is of another train than its description of the run")
+    return load_scenario_text(recording.scenario_document, facts.scenario, overrides) if overrides else scenario
 
 
 def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:

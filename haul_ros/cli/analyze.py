@@ -11,6 +11,7 @@ from haul_ros.analysis import bundle
 from haul_ros.analysis.tables import parquet_available
 from haul_ros.cli.layout import rows
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
+from haul_ros.errors import one_line
 
 
 def analyze(arguments: argparse.Namespace) -> int:
@@ -21,7 +22,11 @@ def analyze(arguments: argparse.Namespace) -> int:
         files = [str(file) for file in result.files]
         print(json.dumps(summary_json(result.summary) | {"files": files}, indent=2))
     else:
-        print("\n".join([*summary_lines(result.summary), *rows(("written", str(file)) for file in result.files)]))
+        print(
+            "\n".join(
+                [*summary_lines(result.summary), *rows(("written", one_line(str(file))) for file in result.files)]
+            )
+        )
     for warning in warnings(result.summary):
         print(f"haul: warning: {warning}", file=sys.stderr)
     if not parquet_available():

@@ -15,6 +15,8 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import Survey, survey
 from haul_ros.units import NS_PER_S
 
+_WIDEST = 80
+"""Characters of the column of topics."""
 _LONGEST_CHECK = 5.0
 """Wall time [s] for the checksums of chunks: some gigabytes."""
 
@@ -37,9 +39,11 @@ def info(arguments: argparse.Namespace) -> int:
 
 def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
     times = f"{facts.start_ns / NS_PER_S:.3f} to {facts.end_ns / NS_PER_S:.3f} s of simulation"
-    width = max((len(topic.topic) for topic in facts.topics), default=0)
+    width = min(_WIDEST, max((len(topic.topic) for topic in facts.topics), default=0))
     return [
-        f"{facts.path}: {file_size(facts.size)}, compression {facts.compression}, by haul_ros {facts.version}",
+        one_line(
+            f"{facts.path}: {file_size(facts.size)}, compression {facts.compression}, by haul_ros {facts.version}"
+        ),
         *rows(
             [
                 ("scenario", one_line(f"{facts.scenario}: {facts.description}")),
@@ -50,24 +54,24 @@ def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
             ]
         ),
         "topics",
-        *(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}" for topic in facts.topics),
+        *(one_line(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}") for topic in facts.topics),
     ]
 
 
 def _trusted_lines(found: Survey) -> list[str]:
-    width = max(map(len, found.counts), default=0)
+    width = min(_WIDEST, max(map(len, found.counts), default=0))
     lost = lost_bytes(found.bytes_lost, found.damage) if found.damage else "only its summary section"
     return [
-        f"{found.path}: {file_size(found.size)}, damaged or unfinished; before its damage",
+        f"{one_line(str(found.path))}: {file_size(found.size)}, damaged or unfinished; before its damage",
         *rows(
             [
                 ("scenario", one_line(f"{found.description.get('scenario')}: {found.description.get('description')}")),
                 ("messages", f"{sum(found.counts.values())} up to {found.end_ns / NS_PER_S:.3f} s of simulation"),
-                ("damaged", lost),
+                ("damaged", one_line(lost)),
             ]
         ),
         "topics",
-        *(f"  {topic:{width}} {count:8d}" for topic, count in found.counts.items()),
+        *(one_line(f"  {topic:{width}} {count:8d}") for topic, count in found.counts.items()),
     ]
 
 

@@ -7,6 +7,7 @@ import json
 from dataclasses import asdict
 
 from haul_ros.cli.layout import file_size, lost_bytes, rows
+from haul_ros.errors import one_line
 from haul_ros.recording.recovery import Recovery, recover
 from haul_ros.units import NS_PER_S
 
@@ -21,7 +22,7 @@ def recover_file(arguments: argparse.Namespace) -> int:
         print(json.dumps({"recording": str(arguments.output), **asdict(result)}, indent=2))
     else:
         size = file_size(arguments.output.stat().st_size)
-        print(f"{arguments.output}: {size}, recovered from {arguments.file}, which is left as it is")
+        print(one_line(f"{arguments.output}: {size}, recovered from {arguments.file}, which is left as it is"))
         print("\n".join(rows([("recovered", _recovered(result)), ("lost", _lost(result))])))
     return 0
 
@@ -40,4 +41,4 @@ def _lost(result: Recovery) -> str:
         parts.append(f"{result.missing} messages, dropped while recording or taken out, {', '.join(where)}")
     if result.repeated:
         parts.append(f"{result.repeated} messages that were there twice were left out")
-    return "; ".join(parts) or "nothing of the file"
+    return one_line("; ".join(parts)) or "nothing of the file"

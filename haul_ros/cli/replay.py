@@ -13,7 +13,7 @@ from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.progress import progress
 from haul_ros.cli.run import announce_compilation, exit_status, finishing, new_recorder, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
-from haul_ros.errors import HaulError
+from haul_ros.errors import HaulError, one_line
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.recording.reader import Recording
 from haul_ros.scenario import parse_override
@@ -80,7 +80,8 @@ def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummar
         both = {"recorded": summary_json(recorded), "again": summary_json(again), "recording": str(arguments.output)}
         print(json.dumps(both, indent=2))
     else:
-        print(f"{arguments.file}, and again with {', '.join(arguments.overrides) or 'no change'}: {arguments.output}")
+        changes = ", ".join(arguments.overrides) or "no change"
+        print(one_line(f"{arguments.file}, and again with {changes}: {arguments.output}"))
         print("\n".join(side_by_side(recorded, again)))
     for warning in warnings(again):
         print(f"haul: warning: {warning}", file=sys.stderr)

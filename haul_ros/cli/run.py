@@ -15,7 +15,7 @@ from haul_ros.cli.interrupt import Interruption, interruption
 from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
-from haul_ros.errors import RecordingError
+from haul_ros.errors import RecordingError, one_line
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
@@ -127,7 +127,7 @@ def _print(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool
     elif not arguments.quiet:
         print("\n".join(summary_lines(summary)))
         if output:
-            print("\n".join(rows([("recorded", f"{output}, {file_size(output.stat().st_size)}")])))
+            print("\n".join(rows([("recorded", one_line(f"{output}, {file_size(output.stat().st_size)}"))])))
     for warning in warnings(summary):
         print(f"haul: warning: {warning}", file=sys.stderr)
     if interrupted:

@@ -15,6 +15,7 @@ from tqdm import tqdm
 from haul_ros.analysis.tables import parquet_available
 from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import caveat_entries, rows
+from haul_ros.errors import one_line
 from haul_ros.physics.train_model import kernel_is_cached
 from haul_ros.studies.definition import free_sweep, load_study
 from haul_ros.studies.errors import StudyError
@@ -88,9 +89,9 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> No
         print(json.dumps(_json(outcome), indent=2))
     elif not arguments.quiet:
         done = f"{outcome.finished} of {outcome.total} cases"
-        print(f"{outcome.study.name}: {outcome.study.description or 'free sweep'}, {done}")
+        print(one_line(f"{outcome.study.name}: {outcome.study.description or 'free sweep'}, {done}"))
         claims = [f"  {claim}" for claim in outcome.claims]
-        written = [("written", str(file)) for file in outcome.files]
+        written = [("written", one_line(str(file))) for file in outcome.files]
         print("\n".join([*claims, *rows([*caveat_entries(outcome.caveats), *written])]))
     _warn("computed again, what was kept cannot be used: case", outcome.refused)
     _warn("steps did not converge, do not trust the numbers of case", outcome.unconverged)
@@ -99,13 +100,13 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path) -> No
         print("haul: Parquet not written: needs pyarrow, pip install 'haul_ros[studies]'", file=sys.stderr)
     if not outcome.complete:
         left = f"{outcome.finished} of {outcome.total} cases are kept in {folder}"
-        print(f"haul: interrupted, {left}: the same command goes on from there", file=sys.stderr)
+        print(one_line(f"haul: interrupted, {left}: the same command goes on from there"), file=sys.stderr)
 
 
 def _warn(problem: str, cases: Sequence[str]) -> None:
     if cases:
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
-        print(f"haul: warning: {problem} {cases[0]}{more}", file=sys.stderr)
+        print(one_line(f"haul: warning: {problem} {cases[0]}{more}"), file=sys.stderr)
 
 
 def _json(outcome: Outcome) -> dict[str, object]:

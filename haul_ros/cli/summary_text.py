@@ -7,6 +7,7 @@ from typing import Any
 
 from haul_ros.analysis.summary import CouplerPeak, RunSummary
 from haul_ros.cli.layout import caveat_entries, rows
+from haul_ros.errors import one_line
 from haul_ros.physics.energy import EnergyBalance
 from haul_ros.physics.train_model import StepStatistics
 from haul_ros.units import mps_to_kmh
@@ -49,7 +50,7 @@ def summary_lines(summary: RunSummary) -> list[str]:
     if summary.real_time_factor is not None:
         entries.append(("speed", f"{summary.real_time_factor:.0f} x real time"))
     entries += caveat_entries(summary.caveats)
-    return [f"{summary.scenario}: {summary.description}", *rows(entries)]
+    return [one_line(f"{summary.scenario}: {summary.description}"), *rows(entries)]
 
 
 def side_by_side(recorded: RunSummary, again: RunSummary) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from contextlib import AbstractContextManager
@@ -28,6 +27,7 @@ from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
+from haul_ros.recording.description import check_form, described_channels, locomotive_names
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.integrity import (
     DROPPED,
@@ -41,7 +41,7 @@ from haul_ros.recording.integrity import (
 )
 from haul_ros.recording.opening import open_finished, reading
 from haul_ros.recording.ordered import chunk_data, ordered_messages, read_chunk
-from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, described_channels
+from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
 from haul_ros.recording.series import (
     CouplerSeries,
     PressureSeries,
@@ -56,6 +56,8 @@ LATEST_NS = 2**60
 """Simulation time [ns] that no run reaches: 36 years."""
 MOST_ENTRIES = 500_000
 """Commands, and events, of one recording: some 200 MB of memory."""
+LARGEST_STATE = 1024 * 1024
+"""Bytes of a message of couplers or vehicles; that of 2000 vehicles has some 150 000."""
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
 
 
@@ -127,7 +129,7 @@ class Recording:
                 time_step=float(self.metadata["time_step"]),
                 vehicles=int(self.metadata["vehicles"]),
                 couplers=int(self.metadata["couplers"]),
-                locomotives=tuple(json.loads(self.metadata["locomotives"])),
+                locomotives=tuple(locomotive_names(self.metadata)),
                 compression=", ".join(sorted({c.compression or "none" for c in self._summary.chunk_indexes})) or "none",
                 topics=self._topics.infos(),
                 messages=statistics.message_count,
@@ -300,6 +302,7 @@ class Recording:
         first, last = records[0], records[-1]
         if first.items() - last.items():
             raise ValueError("the descriptions of the run at its start and at its end differ")
+        check_form(last)
         return last
 
     def _messages(self, topic: str) -> Iterator[McapMessage]:
@@ -328,14 +331,23 @@ class Recording:
                 data = {topic: message.data for topic, message in group}
                 if len(data) < 2:  # cut off between the two
                     continue
-                codec = codec or JointStateCodec.of(data[compression])
+                codec = codec or self._codec_of(self.channels.couplers, data[compression])
                 arrays = (ExtremeArrays(*codec.decode(data[topic])) for topic in (compression, tension))
                 yield RecordedExtremes(time_ns, extremes_of(*arrays))
 
     def _joint_codec(self, channel: Channel) -> JointStateCodec:
         """The codec for the messages of a channel, from the first of them; without names if there is none."""
         first = next(self._messages(channel.topic), None)
-        return JointStateCodec(()) if first is None else JointStateCodec.of(first.data)
+        return JointStateCodec(()) if first is None else self._codec_of(channel, first.data)
+
+    def _codec_of(self, channel: Channel, data: bytes) -> JointStateCodec:
+        if len(data) > LARGEST_STATE:
+            raise ValueError(f"{channel.topic}: a message of {len(data)} bytes, expected at most {LARGEST_STATE}")
+        codec = JointStateCodec.of(data)
+        expected = int(self.metadata["vehicles" if channel == self.channels.vehicles else "couplers"])
+        if codec.count != expected:
+            raise ValueError(f"{channel.topic}: a message of {codec.count} names, expected {expected}")
+        return codec
 
     def _joint_columns(self, channel: Channel) -> Columns:
         codec = self._joint_codec(channel)

@@ -21,6 +21,7 @@ from mcap.writer import MCAP0_MAGIC
 from haul_ros.errors import RecordingError
 from haul_ros.files import open_file
 from haul_ros.messages.encoder import Message
+from haul_ros.recording.description import check_form, described_channels
 from haul_ros.recording.integrity import (
     DROPPED,
     WRITTEN,
@@ -31,7 +32,7 @@ from haul_ros.recording.integrity import (
 )
 from haul_ros.recording.opening import another_kind
 from haul_ros.recording.ordered import chunk_data, chunk_records
-from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile, described_channels
+from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME, RunFile
 from haul_ros.recording.sequences import OutOfOrderError, Sequences
 
 RECOVERING_SUFFIX = ".recovering"
@@ -135,11 +136,8 @@ def _write(
     target: Path,
     sequences: Sequences,
 ) -> Recovery:
-    try:
-        table = described_channels(description)
-        file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
-    except (KeyError, TypeError, ValueError) as err:
-        raise RecordingError(f"{source.path}: its description of the run is damaged: {err}") from err
+    table = described_channels(description)
+    file = RunFile(target, description, document, table, RECOVERING_SUFFIX)
     by_topic = {channel.topic: channel for channel in table}
     count = end_ns = 0
     try:
@@ -235,7 +233,9 @@ class _Source:
 
     def _checked(self, metadata: dict[str, str]) -> dict[str, str]:
         try:
-            return checked_description(metadata)
+            description = checked_description(metadata)
+            check_form(description)
+            return description
         except ValueError as err:
             raise RecordingError(f"{self.path}: nothing to recover: {err}") from err
 

@@ -16,7 +16,7 @@ from mcap.writer import CompressionType, Writer
 
 from haul_ros.errors import RecordingError
 from haul_ros.messages.cdr import typestore
-from haul_ros.messages.channels import Channel, ChannelTable, channel_table
+from haul_ros.messages.channels import Channel, ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.scenario import Scenario
@@ -56,12 +56,6 @@ def description_of(scenario: Scenario, channels: ChannelTable, compression: str)
         "sign_convention": "compression positive",
         "compression": compression,
     }
-
-
-def described_channels(description: Mapping[str, str]) -> ChannelTable:
-    """The topics of the train of such a description; an older version may not have recorded all of them."""
-    pneumatic = description.get("brake") == "pneumatic"
-    return channel_table(json.loads(description["locomotives"]), description["topic_prefix"], pneumatic=pneumatic)
 
 
 class RunFile:

@@ -1,0 +1,94 @@
+"""What a recording says of its run, taken as text from a file: each entry has its form and bounds."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+
+from haul_ros.messages.channels import ChannelTable, channel_table
+
+MOST_VEHICLES = 2000
+"""As in a scenario."""
+LONGEST_TEXT = 10_000
+"""Characters of a description in words, as in a scenario; names have at most `LONGEST_NAME`."""
+LONGEST_NAME = 255
+
+_PREFIX = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+_LOCOMOTIVE = re.compile(r"master|slave_[1-9][0-9]{0,3}")
+_COUNT = re.compile(r"0|[1-9][0-9]{0,5}")
+_LENGTHS = {
+    "version": LONGEST_NAME,
+    "scenario": LONGEST_NAME,
+    "description": LONGEST_TEXT,
+    "time_step": LONGEST_NAME,
+    "vehicles": LONGEST_NAME,
+    "couplers": LONGEST_NAME,
+    "topic_prefix": LONGEST_NAME,
+    "compression": LONGEST_NAME,
+    "locomotives": 20 * MOST_VEHICLES,
+}
+
+
+def check_form(description: Mapping[str, str]) -> None:
+    """See that a description can be used.
+
+    Raises
+    ------
+    ValueError
+        An entry is missing or no such thing.
+    """
+    for key, longest in _LENGTHS.items():
+        if key not in description:
+            raise ValueError(f"description of the run: has no {key}")
+        if len(description[key]) > longest:
+            raise ValueError(f"description of the run: {key} of {len(description[key])} characters")
+    if not _PREFIX.fullmatch(description["topic_prefix"]):
+        raise _wrong(description, "topic_prefix", "a name such as /haul")
+    if description["compression"] not in ("zstd", "lz4", "none"):
+        raise _wrong(description, "compression", "zstd, lz4 or none")
+    if description.get("brake", "empirical") not in ("empirical", "pneumatic"):  # older versions knew but one
+        raise _wrong(description, "brake", "empirical or pneumatic")
+    if not _is_positive(description["time_step"]):
+        raise _wrong(description, "time_step", "seconds")
+    locomotive_names(description)
+    vehicles, couplers = (_count(description, key) for key in ("vehicles", "couplers"))
+    if not 1 <= vehicles == couplers + 1 <= MOST_VEHICLES:
+        raise _wrong(description, "couplers", "one less than vehicles")
+
+
+def locomotive_names(description: Mapping[str, str]) -> list[str]:
+    """Names of the commanded locomotives, head first; ValueError: they are none."""
+    try:
+        names = json.loads(description["locomotives"])
+    except (ValueError, RecursionError):
+        names = None
+    if not isinstance(names, list) or not all(isinstance(name, str) and _LOCOMOTIVE.fullmatch(name) for name in names):
+        raise _wrong(description, "locomotives", "a list of names")
+    if len(set(names)) != len(names):
+        raise _wrong(description, "locomotives", "different names")
+    return names
+
+
+def described_channels(description: Mapping[str, str]) -> ChannelTable:
+    """The topics of the train of a description in form; an older version may not have recorded all of them."""
+    pneumatic = description.get("brake") == "pneumatic"
+    return channel_table(locomotive_names(description), description["topic_prefix"], pneumatic=pneumatic)
+
+
+def _is_positive(text: str) -> bool:
+    try:
+        return math.isfinite(float(text)) and float(text) > 0.0
+    except ValueError:
+        return False
+
+
+def _count(description: Mapping[str, str], key: str) -> int:
+    if not _COUNT.fullmatch(description[key]):
+        raise _wrong(description, key, "a number")
+    return int(description[key])
+
+
+def _wrong(description: Mapping[str, str], key: str, expected: str) -> ValueError:
+    return ValueError(f"description of the run: {key} is {description[key][:60]!r}, expected {expected}")
