@@ -11,6 +11,8 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+from haul_ros.scenario import load_scenario
+from haul_ros.simulation.session import Session
 from tests.attack import disks, files, processes, recordings, starvation, trains
 from tests.attack.harness import Attack, Outcome, Part, State, attack, try_case
 from tests.attack.machine import without_mounts, without_ros
@@ -96,6 +98,7 @@ def main() -> int:
         outcome, found = try_case(parts[name], state.seed, int(number))
         print(outcome.value if outcome else found)
         return outcome is None
+    Session(load_scenario("daqin_1_1_0"))  # compiles the kernel, which no case has the time for
     attack(
         [part for name, part in parts.items() if name in (arguments.part or parts) and _possible(part)],
         state,
