@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from haul_ros.analysis.brake_plots import brake_figure
 from haul_ros.analysis.history import read_history
 from haul_ros.analysis.plots import HISTORY_COLUMNS, brake_events, history_figure, profile_figure
 from haul_ros.analysis.plotting import save_png
@@ -34,8 +35,8 @@ def default_folder(recording: Path) -> Path:
 def analyze(path: Path, folder: Path) -> Analysis:
     """Analyse a recording into a folder, made if missing; results of an earlier analysis there are replaced.
 
-    Writes ``peaks.csv``, ``peaks.parquet`` (if pyarrow is installed), ``profile.png`` and
-    ``history.png``. Nothing is written, and no folder made, before all of the recording has been read.
+    Writes ``peaks.csv``, ``peaks.parquet`` (if pyarrow is installed), ``profile.png``, ``history.png`` and, of a
+    pneumatic brake, ``brake.png``. Nothing is written, and no folder made, before all of the recording has been read.
 
     Raises
     ------
@@ -47,6 +48,8 @@ def analyze(path: Path, folder: Path) -> Analysis:
         summary = summarize_recording(recording, scenario)
         extremes = recording.last_extremes().extremes
         history = read_history(recording, HISTORY_COLUMNS)
+        pipe, auxiliary = recording.pipe_pressure(), recording.auxiliary_pressure()
+        cylinder = recording.pressure() if pipe is not None else None
         events = [
             event
             for locomotive in scenario.consist.locomotives
@@ -58,6 +61,8 @@ def analyze(path: Path, folder: Path) -> Analysis:
     over_time = history_figure(scenario.consist, history, events, title)
 
     pictures = {folder / "profile.png": profile, folder / "history.png": over_time}
+    if pipe is not None and auxiliary is not None and cylinder is not None:
+        pictures[folder / "brake.png"] = brake_figure(scenario.consist, pipe, auxiliary, cylinder, title)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         files = write_table(table, folder / "peaks")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -98,6 +99,8 @@ def main() -> int:
         outcome, found = try_case(parts[name], state.seed, int(number))
         print(outcome.value if outcome else found)
         return outcome is None
+    # In the background a shell has it ignored, by children too
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     Session(load_scenario("daqin_1_1_0"))  # compiles the kernel, which no case has the time for
     attack(
         [part for name, part in parts.items() if name in (arguments.part or parts) and _possible(part)],
