@@ -78,8 +78,8 @@ def assemble(
         gear_parameters=_gear_parameters(lumped.gears, lumped.mass),
         hinges=_hinges(lumped.gears),
         gears=_zeros("gears", n_gears),
-        grades=_line_steps(track.grades, 1.0),
-        curves=_line_steps(track.curves, CURVE_RESISTANCE),
+        grades=_grade_pieces(track),
+        curves=_curve_steps(track),
         line_index=np.full((len(data.LineIndex._fields), n_vehicles), -1, dtype=np.int64),
         **of_air._asdict(),
     )
@@ -225,8 +225,22 @@ def _hinges(gears: Sequence[DraftGear]) -> Floats:
     return block
 
 
-def _line_steps(steps: Sequence[tuple[float, float]], factor: float) -> Floats:
+def _grade_pieces(track: Track) -> Floats:
+    """Grades as pieces: a change is one, or with ramps two, the ramp and what follows it."""
+    pieces: list[tuple[float, float, float]] = []
+    before, half = 0.0, track.grade_ramp / 2.0
+    for chainage, grade in track.grade_changes if half > 0.0 else track.grades:
+        if half > 0.0:
+            pieces.append((chainage - half, before, (grade - before) / track.grade_ramp))
+        pieces.append((chainage + half, grade, 0.0))
+        before = grade
+    columns = np.array(pieces, dtype=np.float64).reshape(len(pieces), len(data.GradePieces._fields))
+    return np.ascontiguousarray(columns.T)
+
+
+def _curve_steps(track: Track) -> Floats:
     parameters = data.LineSteps(
-        start=np.array([start for start, _ in steps]), value=np.array([factor * value for _, value in steps])
+        start=np.array([start for start, _ in track.curves]),
+        value=np.array([CURVE_RESISTANCE * curvature for _, curvature in track.curves]),
     )
     return np.array(parameters, dtype=np.float64)

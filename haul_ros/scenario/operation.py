@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from haul_ros.model.command import Command, CommandKind
@@ -15,6 +17,9 @@ from haul_ros.physics.stiffness import largest_time_step
 from haul_ros.scenario.document import Document, KeyPath
 from haul_ros.units import kmh_to_mps, seconds_to_ns
 
+SHORTEST_RAMP = 1.0
+"""Shortest ramp between two grades [m]: of a step in disguise the grade by chainage would not be a number."""
+
 _WHOLE = 1e-9
 
 
@@ -24,16 +29,43 @@ def track(document: Document) -> Track:
     Raises
     ------
     ScenarioError
-        Grades or curves that are not in order of chainage, or curves that overlap.
+        Grades, curves or limits that are not in order of chainage, curves that overlap, or changes of grade whose
+        ramps do.
     """
     entry = document.data["track"]
-    grades: list[tuple[float, float]] = []
-    for index, grade in enumerate(entry["grades"]):
-        if grades and grade["from_m"] <= grades[-1][0]:
-            path = ("track", "grades", index, "from_m")
-            raise document.refusal(path, f"must be above that of the grade before, {grades[-1][0]:g}")
-        grades.append((float(grade["from_m"]), grade["grade_permille"] / 1e3))
-    return Track(float(entry["start_chainage_m"]), tuple(grades), _curves(document, entry["curves"]))
+    for key, name in (("grades", "grade"), ("speed_limits", "limit")):
+        _check_order(document, ("track", key), name, [float(step["from_m"]) for step in entry[key]])
+    line = Track(
+        start_chainage=float(entry["start_chainage_m"]),
+        grades=tuple((float(step["from_m"]), step["grade_permille"] / 1e3) for step in entry["grades"]),
+        curves=_curves(document, entry["curves"]),
+        grade_ramp=float(entry["grade_ramp_m"]),
+        speed_limits=tuple(
+            (float(step["from_m"]), kmh_to_mps(step.get("limit_kmh", math.inf))) for step in entry["speed_limits"]
+        ),
+    )
+    _check_ramps(document, line)
+    return line
+
+
+def _check_order(document: Document, path: KeyPath, name: str, chainages: list[float]) -> None:
+    for index, (before, chainage) in enumerate(pairwise(chainages), start=1):
+        if chainage <= before:
+            expected = f"must be above that of the {name} before, {before:g}"
+            raise document.refusal((*path, index, "from_m"), expected)
+
+
+def _check_ramps(document: Document, line: Track) -> None:
+    if line.grade_ramp == 0.0:
+        return
+    if line.grade_ramp < SHORTEST_RAMP:
+        raise document.refusal(("track", "grade_ramp_m"), f"must be 0 or at least {SHORTEST_RAMP:g}")
+    for (before, _), (chainage, grade) in pairwise(line.grade_changes):
+        if chainage - before < line.grade_ramp:
+            path = ("track", "grades", line.grades.index((chainage, grade)), "from_m")
+            ramp = f"its ramp of {line.grade_ramp:g} m overlaps that of the change at {before:g} m"
+            expected = f"must be at least {before + line.grade_ramp:g}, or grade_ramp_m at most {chainage - before:g}"
+            raise document.refusal(path, f"{ramp}: {expected}")
 
 
 def _curves(document: Document, entries: list[dict[str, Any]]) -> tuple[tuple[float, float], ...]:

@@ -18,6 +18,9 @@ from haul_ros.scenario.schema_errors import first_error, pattern_names
 Schema = dict[str, Any]
 
 CATALOGUE = "catalogue.schema.json"
+LINE = "line.schema.json"
+LINE_ROW = f"{LINE}#/$defs/row"
+"""A part of that schema."""
 SCENARIO = "scenario.schema.json"
 
 
@@ -42,10 +45,19 @@ _Validator = jsonschema.validators.extend(
 
 @cache
 def _schema(name: str) -> Schema:
-    """A schema with the definitions of the catalogue's schema inside, so that it stands alone."""
-    folder = config_dir() / "schema"
-    schema: Schema = json.loads((folder / name).read_text("utf-8").replace(f"{CATALOGUE}#", "#"))
-    schema["$defs"] = schema["$defs"] | json.loads((folder / CATALOGUE).read_text("utf-8"))["$defs"]
+    """A schema, or a part of one, with the definitions that others share inside, so that it stands alone."""
+    file, _, part = name.partition("#")
+    schema = _read(file)
+    for shared in (CATALOGUE, LINE):
+        schema["$defs"] = schema["$defs"] | _read(shared)["$defs"]
+    return {"$ref": f"#{part}", "$defs": schema["$defs"]} if part else schema
+
+
+def _read(file: str) -> Schema:
+    text = (config_dir() / "schema" / file).read_text("utf-8")
+    for shared in (CATALOGUE, LINE):
+        text = text.replace(f"{shared}#", "#")
+    schema: Schema = json.loads(text)
     return schema
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -41,6 +42,20 @@ def test_grades_and_curves_become_steps_along_the_chainage(load: Load) -> None:
         (600.0, 1 / 500),
         (700.0, 0.0),
     )
+
+
+def test_speed_limits_and_ramps_become_those_of_the_line(load: Load) -> None:
+    track = load(
+        "track:",
+        "  grade_ramp_m: 200",
+        "  grades:",
+        "    - {from_m: 0, grade_permille: 5}",
+        "    - {from_m: 100, grade_permille: 5}",
+        "    - {from_m: 200, grade_permille: 6}",
+        "  speed_limits: [{from_m: 0, limit_kmh: 72}, {from_m: 500}, {from_m: 900, limit_kmh: 36}]",
+    ).track
+    assert track.grade_ramp == 200.0
+    assert track.speed_limits == ((0.0, 20.0), (500.0, math.inf), (900.0, 10.0))
 
 
 def test_a_link_takes_from_the_default_what_it_does_not_say(load: Load) -> None:
@@ -88,6 +103,16 @@ def test_a_sample_of_a_whole_number_of_steps_is_accepted(load: Load, step: float
             "x:8: track.grades.1.from_m = 5, must be above that of the grade before, 5",
         ),
         ("track: {grades: [{from_m: 5, grade: 1}]}", "track.grades.0.grade: unknown key, did you mean grade_permille?"),
+        (
+            "track: {grade_ramp_m: 20, grades: [{from_m: 5, grade_permille: 1}, {from_m: 20, grade_permille: 2}]}",
+            "x:8: track.grades.1.from_m = 20, its ramp of 20 m overlaps that of the change at 5 m: must be at least "
+            "25, or grade_ramp_m at most 15",
+        ),
+        ("track: {grade_ramp_m: 0.5}", "x:8: track.grade_ramp_m = 0.5, must be 0 or at least 1"),
+        (
+            "track: {speed_limits: [{from_m: 5, limit_kmh: 40}, {from_m: 4}]}",
+            "x:8: track.speed_limits.1.from_m = 4, must be above that of the limit before, 5",
+        ),
         ("track: {curves: [{from_m: 5, to_m: 5, radius_m: 400}]}", "track.curves.0.to_m = 5, must be above from_m, 5"),
         (
             "track: {curves: [{from_m: 0, to_m: 9, radius_m: 400}, {from_m: 8, to_m: 10, radius_m: 400}]}",

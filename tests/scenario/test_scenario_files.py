@@ -157,7 +157,7 @@ def test_each_brake_shoe_reduces_to_the_published_converted_coefficient(
         assert by_speed == pytest.approx(share_of_speed(v))
 
 
-@pytest.mark.parametrize("name", ["catalogue.schema.json", "scenario.schema.json"])
+@pytest.mark.parametrize("name", ["catalogue.schema.json", "line.schema.json", "scenario.schema.json"])
 def test_the_schemas_are_valid_themselves(name: str) -> None:
     jsonschema.Draft202012Validator.check_schema(json.loads((config_dir() / "schema" / name).read_text("utf-8")))
 

@@ -51,7 +51,7 @@ def _keywords(schema: object) -> Iterator[str]:
                     yield from _keywords(child)
 
 
-@pytest.mark.parametrize("name", ["catalogue.schema.json", "scenario.schema.json"])
+@pytest.mark.parametrize("name", ["catalogue.schema.json", "line.schema.json", "scenario.schema.json"])
 def test_each_keyword_of_the_schemas_has_a_phrase(name: str) -> None:
     schema = json.loads((config_dir() / "schema" / name).read_text("utf-8"))
     assert set(_keywords(schema)) <= set(PHRASES) | STRUCTURE

@@ -20,6 +20,7 @@ from haul_ros.physics.kernel.data import (
     GearParameters,
     GearState,
     GearTrial,
+    GradePieces,
     Hinges,
     Ints,
     LineIndex,
@@ -87,7 +88,7 @@ class Train(NamedTuple):
     gears: GearState
     gear_trial: GearTrial
     gear_extremes: GearExtremes
-    grades: LineSteps
+    grades: GradePieces
     curves: LineSteps
     line_index: LineIndex
     air_parameters: AirParameters
@@ -105,7 +106,7 @@ LAYOUT: dict[str, tuple[Any, ...]] = {
     "gear_parameters": (GearParameters,),
     "hinges": (Hinges,),
     "gears": (GearState, GearTrial, GearExtremes),
-    "grades": (LineSteps,),
+    "grades": (GradePieces,),
     "curves": (LineSteps,),
     "line_index": (LineIndex,),
     "air_parameters": (AirParameters,),
@@ -147,7 +148,7 @@ hinges_of = _names("hinges", Hinges)
 gears_of = _names("gears", GearState)
 gear_trial_of = _names("gears", GearTrial)
 gear_extremes_of = _names("gears", GearExtremes)
-grades_of = _names("grades", LineSteps)
+grades_of = _names("grades", GradePieces)
 curves_of = _names("curves", LineSteps)
 line_index_of = _names("line_index", LineIndex)
 air_parameters_of = _names("air_parameters", AirParameters)

@@ -395,17 +395,28 @@ class Members(NamedTuple):
     """Index after the last [-]."""
 
 
-class LineSteps(NamedTuple):
-    """Values that hold along the line from a chainage on to the next (g,)."""
+class GradePieces(NamedTuple):
+    """Grade along the line, linear from a chainage on to the next (g,)."""
 
     start: Floats
     """Chainage [m]."""
     value: Floats
-    """Grade [m/m], or curve resistance [N/N]."""
+    """There [m/m]."""
+    slope: Floats
+    """Change by chainage, in the ramp between two grades [1/m]."""
+
+
+class LineSteps(NamedTuple):
+    """Values that hold along the line from a chainage on to the next (c,)."""
+
+    start: Floats
+    """Chainage [m]."""
+    value: Floats
+    """Curve resistance [N/N]."""
 
 
 class LineIndex(NamedTuple):
-    """Where every vehicle (v,) was found last among the steps of the line; -1 before the first."""
+    """Where every vehicle (v,) was found last among the pieces of the line; -1 before the first."""
 
     grade: Ints
     """[-]"""

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.data import Floats, Ints, LineIndex, LineSteps, MassState, VehicleParameters, VehicleTrial
+from haul_ros.physics.kernel.data import (
+    Floats,
+    GradePieces,
+    Ints,
+    LineIndex,
+    LineSteps,
+    MassState,
+    VehicleParameters,
+    VehicleTrial,
+)
 
 
 @inner
@@ -31,7 +40,7 @@ def running_resistance(parameters: VehicleParameters, trial: VehicleTrial) -> No
 
 @inner
 def _step_index(start: Floats, chainage: float, index: int) -> int:
-    """Index of the step of the line that holds at a chainage; -1 before the first. ``index``: where to start."""
+    """Index of the piece of the line that holds at a chainage; -1 before the first. ``index``: where to start."""
     while index + 1 < start.shape[0] and chainage >= start[index + 1]:
         index += 1
     while index >= 0 and chainage < start[index]:
@@ -42,7 +51,7 @@ def _step_index(start: Floats, chainage: float, index: int) -> int:
 @inner
 def line_forces(
     start: float,
-    grades: LineSteps,
+    grades: GradePieces,
     curves: LineSteps,
     masses: MassState,
     mass_index: Ints,
@@ -54,7 +63,7 @@ def line_forces(
     """Grade force and curve resistance of every vehicle at its own chainage at the end of the step.
 
     ``start`` is the chainage of the head at t = 0 [m]. The position is predicted with the
-    acceleration at the start of the step: the steps of the line then do not move while Newton iterates.
+    acceleration at the start of the step: the pieces of the line then do not move while Newton iterates.
     """
     displacement, velocity, acceleration = masses.displacement, masses.velocity, masses.acceleration
     for i in range(mass_index.shape[0]):
@@ -63,7 +72,8 @@ def line_forces(
         chainage = start - parameters.centre_offset[i] + travelled
         g = _step_index(grades.start, chainage, line_index.grade[i])
         line_index.grade[i] = g
-        trial.gravity[i] = -parameters.weight[i] * grades.value[g] if g >= 0 else 0.0
+        grade = grades.value[g] + grades.slope[g] * (chainage - grades.start[g]) if g >= 0 else 0.0
+        trial.gravity[i] = -parameters.weight[i] * grade
         k = _step_index(curves.start, chainage, line_index.curve[i])
         line_index.curve[i] = k
         trial.curve_drag[i] = parameters.weight[i] * curves.value[k] if k >= 0 else 0.0
