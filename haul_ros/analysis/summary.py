@@ -17,6 +17,7 @@ from haul_ros.physics.train_model import StepStatistics
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import VehicleSeries
 from haul_ros.scenario import load_scenario_text
+from haul_ros.simulation.overspeed import Overspeeds, OverspeedWatch
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S
 
@@ -45,8 +46,8 @@ class RunSummary:
     None if the train was moving at the end, then with ``final_speed`` [m/s]; ``distance`` [m] is
     what the head travelled. Peaks are taken at every time step, None where no coupler bore any.
     ``stop_time_resolution`` [s] is how exactly the stop time is known. A recording has no
-    ``energy`` and no ``solver`` (None). ``real_time_factor`` is simulated over wall time, None if
-    it was not measured.
+    ``energy`` and no ``solver`` (None). ``overspeeds``: speed over the limits of the line, in the samples.
+    ``real_time_factor`` is simulated over wall time, None if it was not measured.
     """
 
     scenario: str
@@ -66,6 +67,7 @@ class RunSummary:
     compression_stroke: CouplerPeak | None
     tension_stroke: CouplerPeak | None
     bottomed: tuple[str, ...]
+    overspeeds: Overspeeds
     energy: EnergyBalance | None
     solver: StepStatistics | None
     real_time_factor: float | None
@@ -103,6 +105,7 @@ def summarize_session(session: Session, wall_time: float | None = None) -> RunSu
         stop_time_resolution=session.scenario.time_step,
         final_speed=float(session.sample().speed[0]),
         distance=session.travelled,
+        overspeeds=session.overspeeds(),
         energy=session.energy(),
         solver=session.status().solver,
         real_time_factor=session.time / wall_time if wall_time else None,
@@ -133,7 +136,7 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
     RecordingError
         The file is damaged or holds no samples.
     """
-    journey = _Journey()
+    journey = _Journey(OverspeedWatch(scenario.consist, scenario.track))
     for block in recording.blocks():
         journey.add(block.vehicles)
     if not journey.times_ns:
@@ -146,6 +149,7 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
         stop_time_resolution=1.0 / scenario.sample_rate,
         final_speed=journey.final_speed,
         distance=journey.chainage[1] - journey.chainage[0],
+        overspeeds=journey.watch.found,
         energy=None,
         solver=None,
         real_time_factor=None,
@@ -159,7 +163,8 @@ class _Journey:
     the time of the first sample from which on every vehicle stands, None if one moves in the last.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, watch: OverspeedWatch) -> None:
+        self.watch = watch
         self.times_ns: tuple[int, int] | None = None
         self.chainage = (0.0, 0.0)
         self.standing_since_ns: int | None = None
@@ -172,6 +177,9 @@ class _Journey:
         first_ns, first = (self.times_ns[0], self.chainage[0]) if self.times_ns else (int(time_ns[0]), float(head[0]))
         self.times_ns, self.chainage = (first_ns, int(time_ns[-1])), (first, float(head[-1]))
         self.final_speed = float(vehicles.speed[-1, 0])
+        if self.watch.has_limits:
+            for time, chainage, speed in zip(time_ns, vehicles.chainage, vehicles.speed, strict=True):
+                self.watch.update(int(time), chainage, speed)
         moving = np.flatnonzero(vehicles.speed.any(axis=1))
         if len(moving):
             standing = int(moving[-1]) + 1
@@ -189,6 +197,7 @@ def _summary(
     stop_time_resolution: float,
     final_speed: float,
     distance: float,
+    overspeeds: Overspeeds,
     energy: EnergyBalance | None,
     solver: StepStatistics | None,
     real_time_factor: float | None,
@@ -212,6 +221,7 @@ def _summary(
         compression_stroke=peak(consist, extremes.compression_stroke),
         tension_stroke=peak(consist, extremes.tension_stroke),
         bottomed=tuple(consist.coupler_names[j] for j in bottomed_couplers(consist, extremes)),
+        overspeeds=overspeeds,
         energy=energy,
         solver=solver,
         real_time_factor=real_time_factor,

@@ -10,7 +10,8 @@ from haul_ros.cli.layout import caveat_entries, rows
 from haul_ros.errors import one_line
 from haul_ros.physics.energy import EnergyBalance
 from haul_ros.physics.train_model import StepStatistics
-from haul_ros.units import mps_to_kmh
+from haul_ros.simulation.overspeed import Overspeed
+from haul_ros.units import NS_PER_S, mps_to_kmh
 
 _Number = tuple[str, Callable[[RunSummary], float | None]]
 
@@ -43,6 +44,8 @@ def summary_lines(summary: RunSummary) -> list[str]:
         ("peak tension", _force(summary.tension)),
         ("largest stroke", _stroke(summary)),
     ]
+    if worst := summary.overspeeds.worst:
+        entries.append(("over the limit", _overspeed(summary.overspeeds.count, worst)))
     if summary.energy:
         entries.append(("energy", _energy(summary.energy)))
     if summary.solver:
@@ -99,6 +102,8 @@ def summary_json(summary: RunSummary) -> dict[str, Any]:
         **_peak_json("largest_tension_stroke", "mm", 1e3, summary.tension_stroke),
         "largest_stroke_mm": summary.stroke.value * 1e3 if summary.stroke else 0.0,
         "bottomed_couplers": list(summary.bottomed),
+        "overspeeds": summary.overspeeds.count,
+        "largest_overspeed": _overspeed_json(worst) if (worst := summary.overspeeds.worst) else None,
         "energy": _energy_json(summary.energy) if summary.energy else None,
         "newton": _newton_json(summary.solver) if summary.solver else None,
         "real_time_factor": summary.real_time_factor,
@@ -138,6 +143,12 @@ def _stroke(summary: RunSummary) -> str:
     return f"{summary.stroke.value * 1e3:.2f} mm in {direction}, {_where(summary.stroke)}"
 
 
+def _overspeed(count: int, worst: Overspeed) -> str:
+    where = f"{worst.chainage:.0f} m after {worst.time_ns / NS_PER_S:.1f} s"
+    speeds = f"{mps_to_kmh(worst.speed):.1f} km/h where {mps_to_kmh(worst.limit):.0f} are allowed"
+    return f"{'once' if count == 1 else f'{count} times'}, at most {speeds}, at {where}"
+
+
 def _energy(energy: EnergyBalance) -> str:
     given = {"gravity": energy.gravity_work, "traction": energy.traction_work}
     parts = [
@@ -167,6 +178,15 @@ def _peak_json(name: str, unit: str, factor: float, peak: CouplerPeak | None) ->
     if peak and peak.time is not None:
         found[f"{name}_time_s"] = peak.time
     return found
+
+
+def _overspeed_json(worst: Overspeed) -> dict[str, float]:
+    return {
+        "speed_kmh": mps_to_kmh(worst.speed),
+        "limit_kmh": mps_to_kmh(worst.limit),
+        "chainage_m": worst.chainage,
+        "time_s": worst.time_ns / NS_PER_S,
+    }
 
 
 def _energy_json(energy: EnergyBalance) -> dict[str, float]:

@@ -47,6 +47,7 @@ _LEVELS = {
     EventKind.STOPPED: _INFO,
     EventKind.RADIO: _WARN,
     EventKind.VALVE: _WARN,
+    EventKind.OVERSPEED: _WARN,
 }
 
 

@@ -16,6 +16,7 @@ class EventKind(enum.Enum):
     STOPPED = "stopped"
     RADIO = "radio"
     VALVE = "valve"
+    OVERSPEED = "overspeed"
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,10 @@ import numpy as np
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import FloatArray, Sample
+from haul_ros.model.track import Track
 from haul_ros.physics.train_model import ValveState
-from haul_ros.units import NS_PER_S, seconds_to_ns
+from haul_ros.simulation.overspeed import OverspeedWatch
+from haul_ros.units import NS_PER_S, mps_to_kmh, seconds_to_ns
 
 SLACK_SPEED = 0.1
 """Least relative speed [m/s] at which a closing gap is an event: the mean over the sample period in which it closes."""
@@ -37,11 +39,11 @@ class EventDetector:
     """Compares the state of a train with the one before, once per sample period.
 
     Exact in time: closed draft gears, the stop of the whole train. Stamped with the end of the sample period: brake
-    waves at locomotives and the tail, closing slack, vehicles that stop. Whatever happens at several couplers or
-    vehicles within one period is one event.
+    waves at locomotives and the tail, closing slack, vehicles that stop, the start of an overspeed. Whatever happens at
+    several couplers or vehicles within one period is one event.
     """
 
-    def __init__(self, consist: Consist, start: TrainState) -> None:
+    def __init__(self, consist: Consist, start: TrainState, track: Track | None = None) -> None:
         self._coupler_names, self._vehicle_names = consist.coupler_names, consist.vehicle_names
         last = len(consist.vehicles) - 1
         self._watched = {last: f"tail, {consist.vehicle_names[last]}"}
@@ -49,6 +51,8 @@ class EventDetector:
         self._half_slack = np.array([gear.slack / 2.0 if gear else 0.0 for gear in consist.couplers])
         self._has_slack = bool(self._half_slack.any())
         self._before = start
+        self.overspeed = OverspeedWatch(consist, track or Track())
+        """What of the train was faster than the line allows so far."""
 
     def update(self, now: TrainState) -> list[Event]:
         """Events between the last state and the present one."""
@@ -59,6 +63,7 @@ class EventDetector:
             *self._newly_bottomed(before, now),
             *self._closed_slack(before.sample, now.sample),
             *self._stops(before, now),
+            *self._overspeed(now.sample),
         ]
 
     def _waves(self, before: TrainState, now: TrainState) -> list[Event]:
@@ -121,6 +126,16 @@ class EventDetector:
         if now.stop_time is not None and before.stop_time is None:
             found.append(Event(seconds_to_ns(now.stop_time), EventKind.STOPPED, "train: stopped"))
         return found
+
+    def _overspeed(self, now: Sample) -> list[Event]:
+        found = self.overspeed.update(now.time_ns, now.chainage, now.speed)
+        if found is None:
+            return []
+        limit, excess = mps_to_kmh(found.limit), mps_to_kmh(found.excess)
+        what = (
+            f"{mps_to_kmh(found.speed):.1f} km/h at {found.chainage:.1f} m, {excess:.1f} over the limit of {limit:.0f}"
+        )
+        return [Event(found.time_ns, EventKind.OVERSPEED, f"{self._vehicle_names[found.vehicle]}: {what}")]
 
 
 def _application(before: float, target: float) -> str:

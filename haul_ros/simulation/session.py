@@ -25,6 +25,7 @@ from haul_ros.simulation.brake_valves import brake_valves
 from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.locomotives import Locomotives
+from haul_ros.simulation.overspeed import Overspeeds
 from haul_ros.simulation.radio import LinkStatus, Radio
 from haul_ros.simulation.slices import Slices
 from haul_ros.units import NS_PER_S, seconds_to_ns
@@ -97,7 +98,7 @@ class Session:
             TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
         ]
         self._locomotives = Locomotives(self._model, brake_valves(self._model, scenario), self._entries)
-        self._events = EventDetector(scenario.consist, self._state(self.sample()))
+        self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track)
         self._logged_step = -1
         self._extremes_due_ns = 0
         self._extremes_logged_ns = -1
@@ -175,6 +176,10 @@ class Session:
 
     def radio_link(self, slave: str) -> RadioLink:
         """The radio link to a slave."""
+    def overspeeds(self) -> Overspeeds:
+        """Speed over the limits of the line since the start, by the samples whose logs were taken."""
+        return self._events.overspeed.found
+
         return self._radio.link(slave)
 
     def status(self) -> SessionStatus:
