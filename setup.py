@@ -16,10 +16,10 @@ CLUSTER = ["dask>=2024.5,<2027", "distributed>=2024.5,<2027"]
 
 
 def config_files():
-    """Shipped YAML, schema and policy files, each to the folder of the same name below share/haul_ros."""
+    """Shipped YAML, CSV, schema and policy files, each to the folder of the same name below share/haul_ros."""
     folders = {}
     for path in sorted((HERE / "config").rglob("*")):
-        if path.suffix in (".yaml", ".json", ".xml"):
+        if path.suffix in (".yaml", ".csv", ".json", ".xml"):
             relative = path.relative_to(HERE)
             folders.setdefault(f"{SHARE}/{relative.parent}", []).append(str(relative))
     return list(folders.items())

@@ -1,4 +1,4 @@
-"""Where the shipped catalogue, scenarios and schemas are."""
+"""Where the shipped catalogue, scenarios, lines and schemas are."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _candidates(package: Path) -> Iterator[Path]:
 
 @cache
 def config_dir() -> Path:
-    """Folder with ``catalogue``, ``scenarios`` and ``schema``.
+    """Folder with ``catalogue``, ``lines``, ``scenarios`` and ``schema``.
 
     In a source tree (also an editable or symlinked install) it lies beside the package; pip and
     colcon install it as ``<prefix>/share/haul_ros/config``, and the prefix is above the package.
@@ -37,3 +37,9 @@ def config_dir() -> Path:
 def shipped_scenarios() -> dict[str, Path]:
     """Names of the shipped scenarios, sorted, and their files."""
     return {path.stem: path for path in sorted((config_dir() / "scenarios").glob("*.yaml"))}
+
+
+def shipped_lines() -> dict[str, Path]:
+    """Names of the shipped lines, sorted, and their files."""
+    files = (config_dir() / "lines").glob("*")
+    return {path.stem: path for path in sorted(files) if path.suffix in (".csv", ".yaml")}

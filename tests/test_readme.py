@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import haul_ros
-from haul_ros.scenario import load_scenario_text
+from haul_ros.scenario import load_scenario, load_scenario_text
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -21,6 +21,13 @@ def test_scenario_in_the_readme_loads() -> None:
     scenario = load_scenario_text(blocks("yaml")[0], "readme")
     assert len(scenario.consist.vehicles) == 208
     assert sum(gear is None for gear in scenario.consist.couplers) == 2 * 34
+
+
+def test_the_line_in_the_readme_loads(tmp_path: Path) -> None:
+    (tmp_path / "line.csv").write_text(blocks("csv")[0], encoding="utf-8")
+    track = load_scenario("daqin_1_2_1", {"track.file": str(tmp_path / "line.csv")}).track
+    assert track.grades == ((0.0, -0.004), (2000.0, -0.009))
+    assert (track.curves, track.grade_ramp) == (((500.0, 1 / 800), (900.0, 0.0)), 200.0)
 
 
 def test_get_started_begins_with_two_bash_blocks_of_one_existing_command_each() -> None:

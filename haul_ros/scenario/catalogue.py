@@ -87,18 +87,20 @@ def take_over(document: Document) -> None:
 
 def caveats(data: dict[str, Any]) -> tuple[str, ...]:
     """One line per used entry that is not wholly published: ``vehicles.C80: shoe_force_kN fitted; ...``."""
-    lines = []
-    for section, name in sorted(used_entries(data)):
-        standing = data[section][name].get("standing", "published")
-        words = {"default": standing} if isinstance(standing, str) else dict(standing)
-        default = words.pop("default")
-        groups: dict[str, list[str]] = {}
-        for key, word in words.items():
-            groups.setdefault(word, []).append(key)
-        parts = [f"{', '.join(keys)} {word}" for word, keys in groups.items() if word != "published"]
-        if default != "published":
-            published = f" except {', '.join(groups['published'])}" if "published" in groups else ""
-            parts.append(f"{'other values' if parts else 'all values'}{published} {default}")
-        if parts:
-            lines.append(f"{section}.{name}: {'; '.join(parts)}")
-    return tuple(lines)
+    entries = [(f"{section}.{name}", data[section][name]) for section, name in sorted(used_entries(data))]
+    entries.append(("track", data["track"]))
+    lines = [(name, _unpublished(entry.get("standing", "published"))) for name, entry in entries]
+    return tuple(f"{name}: {what}" for name, what in lines if what)
+
+
+def _unpublished(standing: str | dict[str, str]) -> str:
+    words = {"default": standing} if isinstance(standing, str) else dict(standing)
+    default = words.pop("default")
+    groups: dict[str, list[str]] = {}
+    for key, word in words.items():
+        groups.setdefault(word, []).append(key)
+    parts = [f"{', '.join(keys)} {word}" for word, keys in groups.items() if word != "published"]
+    if default != "published":
+        published = f" except {', '.join(groups['published'])}" if "published" in groups else ""
+        parts.append(f"{'other values' if parts else 'all values'}{published} {default}")
+    return "; ".join(parts)

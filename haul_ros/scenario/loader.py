@@ -12,10 +12,11 @@ from haul_ros.scenario.brakes import brakes
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
+from haul_ros.scenario.line import forget_line, take_over_line
 from haul_ros.scenario.operation import check_time_step, commands, driver, radio_links, time_grid, track
 from haul_ros.scenario.overrides import alters_entry, apply
 from haul_ros.scenario.schema import SCENARIO, check, fill_defaults
-from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
+from haul_ros.scenario.yaml_file import check_values, dump_yaml, parse_yaml, read_yaml
 from haul_ros.units import kmh_to_mps
 
 
@@ -25,7 +26,8 @@ def load_scenario(name_or_path: str | Path, overrides: Mapping[str, object] | No
     ``overrides`` maps dotted paths of the scenario, as if the catalogue entries that it uses were
     written in it, to values in the units of their keys: ``{"radio.default.delay_s": 1.0,
     "couplers.paper_set_b.loading_stiffness_kN_per_mm": 20, "consist.1.count": 50}``. They are set
-    in the given order, those inside catalogue entries last.
+    in the given order, those inside catalogue entries last. ``track.file`` in them takes the place of the whole line,
+    and a file is looked for from the current folder on; that of the scenario beside the scenario's own file.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def load_scenario(name_or_path: str | Path, overrides: Mapping[str, object] | No
         raise ScenarioError(f"{path}: no such scenario, {expected}") from error
     except IsADirectoryError as error:
         raise ScenarioError(f"{path}: is a directory, {expected}") from error
-    return _build(document, path.stem, overrides or {})
+    return _build(document, path.stem, overrides or {}, path.parent)
 
 
 def load_scenario_text(text: str, name: str, overrides: Mapping[str, object] | None = None) -> Scenario:
@@ -53,11 +55,11 @@ def load_scenario_text(text: str, name: str, overrides: Mapping[str, object] | N
     ScenarioError
         As for `load_scenario`; the name stands for the file.
     """
-    return _build(parse_yaml(text, name), name, overrides or {})
+    return _build(parse_yaml(text, name), name, overrides or {}, None)
 
 
-def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Scenario:
-    _complete(document, overrides)
+def _build(document: Document, name: str, overrides: Mapping[str, object], folder: Path | None) -> Scenario:
+    _complete(document, overrides, folder)
     data = document.data
     train = consist(document)
     time_step, sample_rate = time_grid(document)
@@ -81,11 +83,14 @@ def _build(document: Document, name: str, overrides: Mapping[str, object]) -> Sc
     )
 
 
-def _complete(document: Document, overrides: Mapping[str, object]) -> None:
-    """Write defaults, overrides and the catalogue entries that are used into the document."""
+def _complete(document: Document, overrides: Mapping[str, object], folder: Path | None) -> None:
+    """Write defaults, overrides, the line and the catalogue entries that are used into the document."""
     check(document, SCENARIO)
+    take_over_line(document, folder)
     fill_defaults(document.data)
-    apply(document, {key: value for key, value in overrides.items() if not alters_entry(key)})
+    for key, value in overrides.items():
+        if not alters_entry(key):
+            _override(document, key, value)
     check(document, SCENARIO)
     take_over(document)
     apply(document, {key: value for key, value in overrides.items() if alters_entry(key)})
@@ -93,3 +98,13 @@ def _complete(document: Document, overrides: Mapping[str, object]) -> None:
     # An override may have made the train use another entry.
     take_over(document)
     fill_defaults(document.data)
+    # What was put together from several files has to be read again as one.
+    check_values(document)
+
+
+def _override(document: Document, key: str, value: object) -> None:
+    if key == "track.file":
+        forget_line(document)
+    apply(document, {key: value})
+    if key in ("track", "track.file"):
+        take_over_line(document, Path())

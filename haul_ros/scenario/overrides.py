@@ -78,15 +78,20 @@ def _step(document: Document, path: KeyPath, part: str, last: bool) -> KeyPath:
 
 
 def _mark_overridden(document: Document, path: KeyPath) -> None:
-    """Note in the entry that this value is no longer what its source says."""
-    section, name, *keys = path
-    if section not in SECTION_FILES or not keys or keys[0] in ("source", "standing"):
+    """Note in the entry, or the line, that this value is no longer what its source says."""
+    if path[0] in SECTION_FILES:
+        entry, keys = path[:2], path[2:]
+    elif path[0] == "track" and path[1:2] != ("start_chainage_m",):
+        entry, keys = path[:1], path[1:]
+    else:
         return
-    entry = document.at((section, name))
-    if isinstance(entry, dict) and "standing" in entry:
-        standing = entry["standing"]
+    if not keys or keys[0] in ("source", "standing"):
+        return
+    values = document.at(entry)
+    standing = values.get("standing") if isinstance(values, dict) else None
+    if isinstance(standing, str | dict):
         exceptions = {"default": standing} if isinstance(standing, str) else standing
-        entry["standing"] = exceptions | {dotted(tuple(keys)): "overridden"}
+        values["standing"] = exceptions | {dotted(keys): "overridden"}
 
 
 def _set(document: Document, key: str, value: object) -> None:
@@ -96,8 +101,7 @@ def _set(document: Document, key: str, value: object) -> None:
         path = _step(document, path, part, last=number == len(parts))
     document.at(path[:-1])[path[-1]] = copy.deepcopy(_plain(value))
     document.set_origins(path, {path: ORIGIN})
-    if len(path) > 2:
-        _mark_overridden(document, path)
+    _mark_overridden(document, path)
 
 
 def alters_entry(key: str) -> bool:

@@ -14,11 +14,9 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
 from haul_ros.errors import ScenarioError
-from haul_ros.files import open_file
 from haul_ros.scenario.document import Document, KeyPath, dotted
+from haul_ros.scenario.text_file import read_text
 
-MOST_BYTES = 4 * 1024 * 1024
-"""Longest file."""
 MOST_VALUES = 50_000
 """Most values and keys of a document: some 150 MB of memory while it is read."""
 MOST_LEVELS = 100
@@ -31,28 +29,10 @@ def read_yaml(path: Path) -> Document:
 
     Raises
     ------
-    FileNotFoundError, IsADirectoryError
-        There is no such file: the caller knows what was looked for.
-    ScenarioError
-        It cannot be read, is not UTF-8 text or not YAML, or a key occurs twice.
+    FileNotFoundError, IsADirectoryError, ScenarioError
+        As for `read_text`, or it is not YAML, or a key occurs twice.
     """
-    try:
-        text = _read(path).decode("utf-8-sig")
-    except (FileNotFoundError, IsADirectoryError, ScenarioError):
-        raise
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: not a YAML file: not text in UTF-8") from error
-    except (OSError, ValueError) as error:
-        raise ScenarioError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from error
-    return parse_yaml(text, str(path))
-
-
-def _read(path: Path) -> bytes:
-    with open_file(path) as file:
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise ScenarioError(f"{path}: more than {MOST_BYTES // 2**20} MiB, expected a YAML file of less")
-    return data
+    return parse_yaml(read_text(path, "YAML"), str(path))
 
 
 class _BoundedComposer(Composer):
@@ -147,6 +127,24 @@ def _locate(document: Document, node: Node, value: Any, path: KeyPath) -> Any:
             for index, (child_node, child) in enumerate(zip(node.value, value, strict=True))
         ]
     raise document.error(path, f"the tag {node.tag} is not used here")
+
+
+def check_values(document: Document) -> None:
+    """Refuse a document of which the text that `dump_yaml` writes would be too large to be read.
+
+    Raises
+    ------
+    ScenarioError
+        It holds more than `MOST_VALUES` values and keys.
+    """
+    if (count := _count(document.data)) > MOST_VALUES:
+        raise document.error((), f"{count} values and keys with all that it uses, expected at most {MOST_VALUES}")
+
+
+def _count(data: Any) -> int:
+    if isinstance(data, dict):
+        return 1 + sum(1 + _count(value) for value in data.values())
+    return 1 + sum(map(_count, data)) if isinstance(data, list) else 1
 
 
 _PLAIN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./ -]*")

@@ -15,7 +15,7 @@ from haul_ros.model.event import Event, EventKind
 from haul_ros.model.scenario import Scenario
 from haul_ros.model.track import Track
 from haul_ros.recording.reader import Recording
-from haul_ros.scenario import load_scenario_text
+from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.simulation.batch import periods
 from haul_ros.simulation.overspeed import OverspeedWatch
 from haul_ros.simulation.session import Session
@@ -147,3 +147,16 @@ def test_the_summary_of_a_run_and_of_its_recording_tell_the_same_overspeed(tmp_p
         events = [event for event in recording.events() if event.kind is EventKind.OVERSPEED]
     assert again.overspeeds == live.overspeeds
     assert [event.time_ns for event in events] == [worst.time_ns]
+
+
+def test_the_shipped_descent_tells_of_a_train_that_ignores_its_limits() -> None:
+    overrides = {
+        "track.file": "daqin_descent_synthetic",
+        "track.start_chainage_m": 32_900,
+        "initial_speed_kmh": 64,
+        "commands": [],
+        "max_duration_s": 8,
+    }
+    (event,) = told(load_scenario("daqin_1_1_0", overrides))
+    assert event.text.startswith("vehicle_001_SS4: 6")
+    assert event.text.endswith("over the limit of 60")
