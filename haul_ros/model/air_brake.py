@@ -129,3 +129,10 @@ class PneumaticBrake:
         if demand <= 0.0:
             return self.pressure
         return self.pressure - self.least_reduction - demand * (self.full_reduction - self.least_reduction)
+
+    def demand_at(self, pressure: float) -> float:
+        """The demand, 0 to 1, that asks for a pressure of the equalising reservoir [Pa], or the nearest to it."""
+        if pressure >= self.pressure:
+            return 0.0
+        asked = (self.pressure - self.least_reduction - pressure) / (self.full_reduction - self.least_reduction)
+        return min(1.0, max(0.0, asked))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.driver import DriverPlan
+from haul_ros.model.initial_state import InitialState
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
@@ -40,3 +41,4 @@ class Scenario:
     document: str
     driver: DriverPlan | None = None
     caveats: tuple[str, ...] = ()
+    initial_state: InitialState = field(default_factory=InitialState)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from haul_ros.model.air_brake import ATMOSPHERE, ControlValve, DriverValve, PneumaticBrake, Release
 from haul_ros.model.consist import Consist
+from haul_ros.model.initial_state import InitialAir
 from haul_ros.physics.kernel import air_data, data
 
 GAS_CONSTANT = 287.0
@@ -53,22 +54,25 @@ def no_air() -> AirBlocks:
     )
 
 
-def assemble_air(consist: Consist, brake: PneumaticBrake, time_step: float) -> AirBlocks:
-    """The memory of the pneumatic brake of a train, charged and released."""
+def assemble_air(
+    consist: Consist, brake: PneumaticBrake, time_step: float, initial: InitialAir | None = None
+) -> AirBlocks:
+    """The memory of the pneumatic brake of a train, charged and released unless ``initial`` says otherwise."""
+    initial = initial or InitialAir(brake.pressure, brake.pressure, 0.0)
     gas = GAS_CONSTANT * brake.pipe.temperature
     parameters = _parameters(consist, brake)
     return AirBlocks(
         air=_settings(brake, gas, time_step),
         air_account=np.zeros(1, air_data.AIR_ACCOUNT).view(np.recarray),
         air_parameters=parameters,
-        air_state=_charged(air_data.AirParameters(*parameters), brake.pressure + ATMOSPHERE, gas),
+        air_state=_filled(air_data.AirParameters(*parameters), initial, gas),
         driver_valve_parameters=np.array(
             air_data.DriverValveParameters(
                 vehicle=np.array([float(locomotive.vehicle) for locomotive in consist.locomotives]),
                 reservoir_volume=np.full(len(consist.locomotives), brake.driver_valve.main_reservoir_volume),
             )
         ),
-        driver_valves=_driver_valves(len(consist.locomotives), brake),
+        driver_valves=_driver_valves(len(consist.locomotives), brake, initial),
     )
 
 
@@ -131,32 +135,44 @@ def _of_valve(valve: ControlValve, discharge: float) -> dict[str, float]:
     return numbers
 
 
-def _charged(parameters: air_data.AirParameters, pressure: float, gas: float) -> Floats:
-    """Pipe and reservoirs charged, brakes released, nothing flowing."""
+def _filled(parameters: air_data.AirParameters, initial: InitialAir, gas: float) -> Floats:
+    """Pipe, reservoirs and cylinders at rest, nothing flowing; with air in the cylinder the valve is lapped.
+
+    Emergency chamber, emergency and accelerated-release reservoir have the pressure of the pipe; so has the control
+    reservoir of a graduated valve, and what more it takes for its cylinder to be at its target.
+    """
     vehicles = len(parameters.kind)
     block = np.zeros((len(air_data.AirState._fields), vehicles))
     state = air_data.AirState(*block)
-    for reservoir in (
-        state.pipe,
-        state.auxiliary,
-        state.accelerated,
-        state.emergency_reservoir,
-        state.chamber,
-        state.control,
-    ):
-        reservoir[:] = pressure
-    state.cylinder[:] = state.cylinder_before[:] = state.bulb[:] = ATMOSPHERE
-    state.cylinder_air[:] = ATMOSPHERE * parameters.cylinder_clearance / gas
+    for reservoir in (state.pipe, state.accelerated, state.emergency_reservoir, state.chamber, state.control):
+        reservoir[:] = initial.pipe + ATMOSPHERE
+    state.auxiliary[:] = initial.auxiliary + ATMOSPHERE
+    graduated = parameters.kind == air_data.GRADUATED_RELEASE
+    most = np.where(
+        graduated, np.minimum(parameters.cylinder_most, parameters.cylinder_limit), parameters.cylinder_limit
+    )
+    gauge = np.minimum(initial.cylinder, most)
+    applied = gauge > 0.0
+    state.position[applied] = air_data.LAPPED
+    state.bulb[:] = np.where(graduated & applied, state.pipe, ATMOSPHERE)
+    state.control[graduated] += gauge[graduated] / parameters.cylinder_ratio[graduated]
+    state.cylinder[:] = state.cylinder_before[:] = gauge + ATMOSPHERE
+    out = np.minimum(1.0, gauge / parameters.cylinder_spring)
+    volume = parameters.cylinder_clearance + out * parameters.cylinder_displaced
+    state.cylinder_air[:] = state.cylinder * volume / gas
     state.cock[:-1] = 1.0
     return block
 
 
-def _driver_valves(locomotives: int, brake: PneumaticBrake) -> Floats:
+def _driver_valves(locomotives: int, brake: PneumaticBrake, initial: InitialAir) -> Floats:
+    """Brake valves that hold the pipe where the brakes are applied, or else are released, and charge it."""
     block = np.zeros((len(air_data.DriverValveState._fields), locomotives))
     valves = air_data.DriverValveState(*block)
-    valves.target[:] = valves.equalising[:] = valves.chamber[:] = brake.pressure + ATMOSPHERE
+    held = initial.pipe if initial.cylinder > 0.0 else brake.pressure
+    valves.target[:] = valves.equalising[:] = held + ATMOSPHERE
+    valves.chamber[:] = initial.pipe + ATMOSPHERE
     valves.main_reservoir[:] = brake.driver_valve.compressor_off + ATMOSPHERE
-    valves.charged[:] = 1.0
+    valves.charged[:] = float(initial.pipe > held - air_data.NEARLY_CHARGED)
     return block
 
 

@@ -11,6 +11,7 @@ from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.draft_gear import DraftGear
+from haul_ros.model.initial_state import InitialAir
 from haul_ros.model.track import Track
 from haul_ros.model.vehicle import VehicleType
 from haul_ros.physics.air_assembly import assemble_air, no_air
@@ -55,16 +56,18 @@ def assemble(
     track: Track,
     *,
     initial_speed: Floats,
+    initial_stroke: Floats,
+    initial_air: InitialAir | None,
     time_step: float,
     tolerance: float,
 ) -> Blocks:
     """The memory of a train before its first step.
 
-    ``initial_speed`` [m/s] is one for all or one for each mass (m,), ``tolerance`` the force residual [N] at which a
-    step counts as converged.
+    ``initial_speed`` [m/s] is one for all or one for each mass (m,), ``initial_stroke`` [m] one for each draft gear
+    (m - 1,), ``tolerance`` the force residual [N] at which a step counts as converged.
     """
     n_vehicles, n_masses, n_gears = len(consist.vehicles), len(lumped.mass), len(lumped.gears)
-    of_air = assemble_air(consist, brakes, time_step) if isinstance(brakes, PneumaticBrake) else no_air()
+    of_air = assemble_air(consist, brakes, time_step, initial_air) if isinstance(brakes, PneumaticBrake) else no_air()
     blocks = Blocks(
         settings=_settings(lumped, brakes, track, time_step, tolerance),
         counters=np.zeros(1, data.COUNTERS).view(np.recarray),
@@ -84,6 +87,8 @@ def assemble(
         **of_air._asdict(),
     )
     train = named(blocks)
+    train.gears.stroke[:] = initial_stroke
+    train.masses.displacement[1:] = np.cumsum(initial_stroke)
     train.masses.velocity[:] = initial_speed
     train.masses.direction[:] = np.sign(initial_speed)
     train.gear_extremes.bottomed_time[:] = np.nan

@@ -34,10 +34,10 @@ _LEAST_GEAR_ENERGY = 1e-9
 class EnergyBalance:
     """Energies [J] since the start of a run.
 
-    ``gear_stored`` is what the draft gears would give back if let out slowly, ``gear_dissipated`` what they have
-    turned into heat; ``gravity_work`` and ``traction_work`` were given to the train, ``electric_brake_work`` was taken
-    from it as those of brakes and resistance. ``gear_excess`` is the largest part of all work through a single draft
-    gear that it has given, or holds, beyond what it has taken [-].
+    ``gear_stored`` is what the draft gears would give back if let out slowly, over what they would have at the start;
+    ``gear_dissipated`` what they have turned into heat; ``gravity_work`` and ``traction_work`` were given to the train,
+    ``electric_brake_work`` was taken from it as those of brakes and resistance. ``gear_excess`` is the largest part of
+    all work through a single draft gear that it has given, or holds, beyond what it has taken [-].
     """
 
     kinetic_start: float
@@ -61,7 +61,8 @@ class EnergyBalance:
     @property
     def _given(self) -> float:
         """Energy that the train had or was given, to measure errors against [J]."""
-        return self.kinetic_start + abs(self.gravity_work) + self.traction_work
+        from_gears = max(0.0, -self.gear_stored)
+        return self.kinetic_start + abs(self.gravity_work) + self.traction_work + from_gears
 
     @property
     def relative_imbalance(self) -> float:
@@ -85,7 +86,8 @@ def energy_balance(model: TrainModel) -> EnergyBalance:
     """Energy balance of a train from its start to the present time."""
     train = model.train
     vehicles, gears = train.vehicles, train.gears
-    stored = np.array([stored_energy(gear, stroke) for gear, stroke in zip(model.gears, gears.stroke, strict=True)])
+    now = np.array([stored_energy(gear, stroke) for gear, stroke in zip(model.gears, gears.stroke, strict=True)])
+    stored = now - model.initial_gear_energy
     excess = np.maximum(gears.given + stored - gears.taken, -gears.dissipated) - _LEAST_GEAR_ENERGY
     through = np.maximum(gears.taken + gears.given, _LEAST_GEAR_ENERGY)
     return EnergyBalance(

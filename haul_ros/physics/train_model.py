@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from haul_ros.model.air_brake import ATMOSPHERE, PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
+from haul_ros.model.initial_state import InitialAir
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.track import Track
 from haul_ros.physics.assembly import assemble, protected, with_room_for_waves
+from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
@@ -117,6 +119,11 @@ class TrainModel:
         The train and its line.
     initial_speed
         Speed at t = 0 [m/s]: one for all, or one for each mass (vehicles joined rigidly are one).
+    initial_stroke
+        Stroke of the couplers at t = 0 [m], compression positive: one for all, or one for each (that of a rigid
+        drawbar counts for nothing). The head stands at the start of the line, the vehicles behind it as they must.
+    initial_air
+        Pressures of a pneumatic brake at t = 0; None: charged and released.
     time_step
         Step of the Newmark method [s].
     """
@@ -128,6 +135,8 @@ class TrainModel:
         track: Track | None = None,
         *,
         initial_speed: ArrayLike,
+        initial_stroke: ArrayLike = 0.0,
+        initial_air: InitialAir | None = None,
         time_step: float = 1e-3,
     ) -> None:
         self.consist = consist
@@ -141,6 +150,7 @@ class TrainModel:
         self._rigid = lumped.rigid
         self.gears = lumped.gears
         """The draft gears, in the order of the couplers that have one."""
+        stroke = np.broadcast_to(np.asarray(initial_stroke, dtype=np.float64), self._rigid.shape)[~self._rigid]
         self._use(
             assemble(
                 consist,
@@ -148,12 +158,19 @@ class TrainModel:
                 brakes,
                 track or Track(),
                 initial_speed=np.asarray(initial_speed, dtype=np.float64),
+                initial_stroke=stroke,
+                initial_air=initial_air,
                 time_step=time_step,
                 tolerance=NEWTON_TOLERANCE,
             )
         )
         advance(self._blocks, 0)
         self.initial_kinetic_energy = self.kinetic_energy
+        self.initial_gear_energy = np.array([*map(stored_energy, self.gears, stroke)])
+        self.initial_demand = 0.0
+        """Brake demand that the locomotives' brake valves stand at, 0 to 1."""
+        if self._pneumatic is not None and initial_air is not None and initial_air.cylinder > 0.0:
+            self.initial_demand = self._pneumatic.demand_at(initial_air.pipe)
 
     def _use(self, blocks: Blocks) -> None:
         self._blocks = blocks
@@ -377,7 +394,7 @@ class TrainModel:
 
     @property
     def displacement(self) -> Floats:
-        """Travelled distance of every vehicle since the start (n_vehicles,) [m]; a copy."""
+        """Way of every vehicle (n_vehicles,) [m], from where it stands at t = 0 if the couplers are free; a copy."""
         return self._train.masses.displacement[self._train.mass_index]
 
     @property

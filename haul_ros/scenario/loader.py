@@ -12,6 +12,7 @@ from haul_ros.scenario.brakes import brakes
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
+from haul_ros.scenario.initial_state import initial_state
 from haul_ros.scenario.line import forget_line, take_over_line
 from haul_ros.scenario.operation import check_time_step, commands, driver, radio_links, time_grid, track
 from haul_ros.scenario.overrides import alters_entry, apply
@@ -64,14 +65,16 @@ def _build(document: Document, name: str, overrides: Mapping[str, object], folde
     train = consist(document)
     time_step, sample_rate = time_grid(document)
     check_time_step(document, train)
+    brake = brakes(document, data["brakes"], train)
     return Scenario(
         name=name,
         description=data["description"],
         consist=train,
-        brakes=brakes(document, data["brakes"], train),
+        brakes=brake,
         track=track(document),
         radio=radio_links(document, train),
         radio_seed=int(data["radio"]["seed"]),
+        initial_state=initial_state(document, brake),
         initial_speed=kmh_to_mps(data["initial_speed_kmh"]),
         commands=commands(document, train),
         time_step=time_step,

@@ -18,10 +18,12 @@ class Locomotives:
         self._model = model
         self._valves = valves
         self._log = log
-        self._brakes = {loco.name: DriverBrake(loco.vehicle) for loco in model.consist.locomotives}
+        self._brakes = {
+            loco.name: DriverBrake(loco.vehicle, model.initial_demand) for loco in model.consist.locomotives
+        }
         self._efforts = dict.fromkeys(self._brakes, 0.0)
-        for name in self._brakes:
-            log.append(AppliedBrake(0, name, 0.0))
+        for name, brake in self._brakes.items():
+            log.append(AppliedBrake(0, name, brake.demand))
             log.append(Effort(0, name, 0.0))
 
     @property

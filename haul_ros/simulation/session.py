@@ -91,6 +91,8 @@ class Session:
             scenario.brakes,
             scenario.track,
             initial_speed=scenario.initial_speed,
+            initial_stroke=scenario.initial_state.strokes(scenario.consist),
+            initial_air=scenario.initial_state.air,
             time_step=scenario.time_step,
         )
         self._radio = Radio(scenario.radio, scenario.radio_seed)
@@ -174,12 +176,12 @@ class Session:
         """Energy balance since the start."""
         return energy_balance(self._model)
 
-    def radio_link(self, slave: str) -> RadioLink:
-        """The radio link to a slave."""
     def overspeeds(self) -> Overspeeds:
         """Speed over the limits of the line since the start, by the samples whose logs were taken."""
         return self._events.overspeed.found
 
+    def radio_link(self, slave: str) -> RadioLink:
+        """The radio link to a slave."""
         return self._radio.link(slave)
 
     def status(self) -> SessionStatus:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import entry, inner
-from haul_ros.physics.kernel.air import advance_air
+from haul_ros.physics.kernel.air import advance_air, brakes_of_cylinders
 from haul_ros.physics.kernel.blocks import (
     Blocks,
     brakes_of,
@@ -85,6 +85,8 @@ def advance(blocks: Blocks, n_steps: int) -> None:
     take_up_traction(blocks)
     # Once more before the first step, with all the traction of that instant: what lies between one locomotive's
     # and the next one's is no state of the train.
+    if blocks.air[0].present and counters.balanced == 0:
+        brakes_of_cylinders(blocks, 1.0)
     if counters.step == 0 and (n_steps > 0 or counters.balanced == 0):
         balance_at_start(blocks)
         counters.balanced = 1

@@ -60,6 +60,29 @@ def _air_step(
     pipe_pressure(air, parameters, state)
 
 
+@outer
+def brakes_of_cylinders(blocks: Blocks, part: float) -> None:
+    """Set the brake coefficients for the cylinder pressures at a part 0..1 of the air step under way."""
+    air = blocks.air[0]
+    parameters, state = air_parameters_of(blocks.air_parameters), air_state_of(blocks.air_state)
+    vehicle_parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
+    velocity, vehicles = masses_of(blocks.masses).velocity, vehicles_of(blocks.vehicles)
+    for i in range(brakes.fraction.shape[0]):
+        pressure = state.cylinder_before[i] + part * (state.cylinder[i] - state.cylinder_before[i])
+        if brakes.fraction[i] < OFF:
+            brakes.initial_speed[i] = abs(velocity[blocks.mass_index[i]])
+        brakes.fraction[i] = max(0.0, (pressure - air.atmosphere) / parameters.reference_pressure[i])
+        brakes.gain_start[i] = brakes.gain_end[i]
+        brakes.offset_start[i] = brakes.offset_end[i]
+        set_coefficients(blocks.settings[0], vehicle_parameters, brakes, i)
+        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0
+        if braking and state.pipe[i] > air.atmosphere + VENTED:
+            brakes.gain_end[i] = 0.0
+            brakes.offset_end[i] = 0.0
+        brakes.gain[i] = brakes.gain_end[i]
+        brakes.offset[i] = brakes.offset_end[i]
+
+
 @inner
 def advance_air(blocks: Blocks) -> None:
     """Bring the air to the end of the present time step, and set the brake coefficients for it."""
@@ -78,20 +101,4 @@ def advance_air(blocks: Blocks) -> None:
                 vehicle_parameters_of(blocks.vehicle_parameters),
                 vehicles_of(blocks.vehicles),
             )
-    part = (phase + 1.0) / air.every
-    vehicle_parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
-    velocity, vehicles = masses_of(blocks.masses).velocity, vehicles_of(blocks.vehicles)
-    for i in range(brakes.fraction.shape[0]):
-        pressure = state.cylinder_before[i] + part * (state.cylinder[i] - state.cylinder_before[i])
-        if brakes.fraction[i] < OFF:
-            brakes.initial_speed[i] = abs(velocity[blocks.mass_index[i]])
-        brakes.fraction[i] = max(0.0, (pressure - air.atmosphere) / parameters.reference_pressure[i])
-        brakes.gain_start[i] = brakes.gain_end[i]
-        brakes.offset_start[i] = brakes.offset_end[i]
-        set_coefficients(blocks.settings[0], vehicle_parameters, brakes, i)
-        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0
-        if braking and state.pipe[i] > air.atmosphere + VENTED:
-            brakes.gain_end[i] = 0.0
-            brakes.offset_end[i] = 0.0
-        brakes.gain[i] = brakes.gain_end[i]
-        brakes.offset[i] = brakes.offset_end[i]
+    brakes_of_cylinders(blocks, (phase + 1.0) / air.every)

@@ -16,6 +16,9 @@ NO_VALVE, DIRECT_RELEASE, GRADUATED_RELEASE = 0.0, 1.0, 2.0
 # Positions of a control valve.
 RELEASED, APPLYING, LAPPED = 0.0, 1.0, 2.0
 
+NEARLY_CHARGED = 5e3
+"""Pipe below equalising reservoir [Pa] at which it counts as charged: a fall from there on is one that others made."""
+
 
 class AirParameters(NamedTuple):
     """Brake pipe and control valve of every vehicle (v,); areas are effective ones, discharge coefficient included."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner
-from haul_ros.physics.kernel.air_data import AirParameters, AirState, DriverValveParameters, DriverValveState
+from haul_ros.physics.kernel.air_data import (
+    NEARLY_CHARGED,
+    AirParameters,
+    AirState,
+    DriverValveParameters,
+    DriverValveState,
+)
 from haul_ros.physics.kernel.air_flow import exchanged, vented
 from haul_ros.physics.kernel.data import Record
-
-NEARLY_CHARGED = 5e3
-"""Pipe below equalising reservoir [Pa] at which it counts as charged: a fall from there on is one that others made."""
 
 
 @inner

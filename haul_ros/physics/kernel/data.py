@@ -233,7 +233,7 @@ class MassState(NamedTuple):
     """Motion of every mass (m,) at the present time, forward positive."""
 
     displacement: Floats
-    """Since the start [m]."""
+    """From where it stands at the start in a train of free couplers [m]."""
     velocity: Floats
     """[m/s]"""
     acceleration: Floats
