@@ -152,7 +152,7 @@ class TrainNode(Node):
                 self._warn_of_namesakes()
         except ExternalShutdownException:
             pass
-        except RuntimeError:  # RCLError, if the shutdown came between two waits
+        except (RuntimeError, TypeError):  # if the shutdown came between two waits: RCLError; at once: no handle any more
             if self.context.ok():
                 raise
 

@@ -23,10 +23,14 @@ from haul_ros.simulation.session import Session
 from haul_ros.studies.sources import results_digest
 from haul_ros.version import __version__
 
-MOST_BYTES = 1024 * 1024
-"""Longest result, decompressed too: that of a train of 2000 vehicles takes 150 kB."""
 _SOURCES = results_digest()
 """Of the sources as they were when this process loaded them."""
+MOST_BYTES = 1024 * 1024
+"""Longest result, decompressed too: that of a train of 2000 vehicles takes 150 kB."""
+_NOT_A_RESULT = (
+    zipfile.BadZipFile, zlib.error, KeyError, TypeError, AttributeError, EOFError, MemoryError, RuntimeError
+)  # fmt: skip
+"""What numpy and zipfile raise on other bytes, besides ValueError."""
 _CHECK_EVERY = 1.0
 """Simulation time [s] between two checks whether the train stands: extremes are kept by every time step anyway."""
 _HARDEST_STOP = 2.0
@@ -112,6 +116,21 @@ class CaseResult:
         arrays = [value for name, value in asdict(self.extremes).items() if name != "bottomed_time"]
         return all(np.isfinite(array).all() for array in [*arrays, self.distance, self.relative_imbalance])
 
+    def check_form(self) -> None:
+        """See that arrays are of numbers and fit each other; ValueError: they do not."""
+        n = len(np.atleast_1d(self.geared))
+        arrays = [(name, value, np.float64) for name, value in asdict(self.extremes).items()]
+        for name, array, kind in [*arrays, ("geared", self.geared, np.bool_)]:
+            if array.dtype != kind or array.shape != (n,):
+                raise ValueError(f"not a result: {name} is of {array.dtype}, {array.shape}")
+        locomotives = self.locomotives
+        if (
+            locomotives.dtype != np.int64
+            or locomotives.ndim != 1
+            or not ((locomotives >= 0) & (locomotives <= n)).all()
+        ):
+            raise ValueError("not a result: locomotives are no vehicles of the train")
+
     def to_bytes(self) -> bytes:
         """All numbers, in full."""
         numbers = {name: value for name, value in asdict(self).items() if name != "extremes"}
@@ -129,13 +148,11 @@ class CaseResult:
             It did not write this.
         """
         try:
+            _check_size(data)
             with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-                if sum(member.file_size for member in arrays.zip.infolist()) > MOST_BYTES:
-                    raise ValueError(f"more than {MOST_BYTES} bytes")
                 named = {name: arrays[name] for name in arrays.files}
-            _check_shapes(named)
             extremes = {name.partition(".")[2]: value for name, value in named.items() if name.startswith("extremes.")}
-            return cls(
+            result = cls(
                 extremes=CouplerExtremes(**extremes),
                 geared=named["geared"],
                 locomotives=named["locomotives"],
@@ -145,23 +162,18 @@ class CaseResult:
                 unconverged_steps=int(named["unconverged_steps"]),
                 energy_fault=str(named["energy_fault"]),
             )
-        except (
-            zipfile.BadZipFile, zlib.error, KeyError, TypeError, AttributeError, EOFError, MemoryError, RuntimeError
-        ) as error:  # fmt: skip
+            result.check_form()
+            return result
+        except _NOT_A_RESULT as error:
             raise ValueError(f"not a result: {error}") from error
 
 
-def _check_shapes(named: Mapping[str, NDArray[np.generic]]) -> None:
-    """ValueError unless the arrays are numbers, one for each coupler where they are of couplers."""
-    couplers = named["geared"].shape
-    for name, values in named.items():
-        kinds, shape = {"geared": ("b", couplers), "energy_fault": ("U", ())}.get(name, ("fi", couplers))
-        if name == "locomotives":
-            shape = values.shape[:1]
-        elif "." not in name and name != "geared":
-            shape = ()
-        if values.dtype.kind not in kinds or values.shape != shape or len(couplers) != 1:
-            raise ValueError(f"{name} is no array of a result")
+def _check_size(data: bytes) -> None:
+    """See that what is packed does not become larger than a result may be."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+    if size > MOST_BYTES:
+        raise ValueError(f"not a result: {size} bytes, expected at most {MOST_BYTES}")
 
 
 Result = TypeVar("Result")

@@ -12,6 +12,8 @@ from haul_ros.studies.case import MOST_BYTES, CaseResult
 from haul_ros.studies.errors import StudyError
 
 _TABLE = "CREATE TABLE results (key TEXT PRIMARY KEY, name TEXT NOT NULL, result BLOB)"
+_FIND = "SELECT substr(name, 1, 1000), CASE WHEN length(result) <= ? THEN result END FROM results WHERE key = ?"
+"""What is too large to be a result is not even fetched."""
 _SCHEMA = {("table", "results", _TABLE), ("index", "sqlite_autoindex_results_1", None)}
 
 
@@ -63,7 +65,7 @@ class ResultStore:
 
     def _find(self, key: str) -> CaseResult | None:
         with self._errors():
-            row = self._database.execute("SELECT name, result FROM results WHERE key = ?", (key,)).fetchone()
+            row = self._database.execute(_FIND, (MOST_BYTES, key)).fetchone()
         if row is None:
             return None
         try:
@@ -74,8 +76,12 @@ class ResultStore:
 
     def add(self, key: str, name: str, result: CaseResult) -> None:
         """Keep a result; the name is for people who open the file."""
+        sealed = _seal(key, result)
         with self._errors(), self._database:
-            self._database.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (key, name, _seal(key, result)))
+            self._database.execute("INSERT OR REPLACE INTO results VALUES (?, ?, ?)", (key, name, sealed))
+            kept = self._database.execute(_FIND, (MOST_BYTES, key)).fetchone()
+        if kept is None or kept[1] != sealed:  # a trigger that has come into the file may discard or change it
+            raise StudyError(f"{self._path}: not usable as results of studies: it does not keep what is put into it")
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
