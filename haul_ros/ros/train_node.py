@@ -152,7 +152,10 @@ class TrainNode(Node):
                 self._warn_of_namesakes()
         except ExternalShutdownException:
             pass
-        except (RuntimeError, TypeError):  # if the shutdown came between two waits: RCLError; at once: no handle any more
+        except (
+            RuntimeError,
+            TypeError,
+        ):  # if the shutdown came between two waits: RCLError; at once: no handle any more
             if self.context.ok():
                 raise
 
