@@ -21,6 +21,8 @@ MOST_VALUES = 50_000
 """Most values and keys of a document: some 150 MB of memory while it is read."""
 MOST_LEVELS = 100
 """Most values inside one another."""
+_MOST_BITS = 1024
+"""Of a whole number."""
 _TOO_MANY = f"more than {MOST_VALUES} values and keys"
 
 
@@ -110,6 +112,9 @@ def _locate(document: Document, node: Node, value: Any, path: KeyPath) -> Any:
     if path:
         document.origins.setdefault(path, f"{document.label}:{node.start_mark.line + 1}")
     if isinstance(node, ScalarNode):
+        # Python writes no such number in a message; decimal ones of its limit it does not even read
+        if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+            raise document.error(path, f"a whole number of more than {_MOST_BITS} bits is not used here")
         return value
     if isinstance(node, MappingNode) and isinstance(value, dict):
         children = {}
