@@ -19,7 +19,7 @@ from haul_ros.errors import RecordingError, one_line
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
-from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.physics.train_model import COMPILING, kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario, parse_override
 from haul_ros.simulation.batch import periods
@@ -78,7 +78,7 @@ def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrup
 def announce_compilation() -> None:
     """Say why the first session of all takes its time, if it does."""
     if not kernel_is_cached():
-        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
+        print(f"haul: {COMPILING}", file=sys.stderr)
 
 
 def new_recorder(

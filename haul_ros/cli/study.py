@@ -16,7 +16,7 @@ from haul_ros.analysis.tables import parquet_available
 from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import caveat_entries, rows
 from haul_ros.errors import one_line
-from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.physics.train_model import COMPILING, kernel_is_cached
 from haul_ros.studies.definition import free_sweep, load_study
 from haul_ros.studies.errors import StudyError
 from haul_ros.studies.pools import Pool, cluster_pool, local_pool
@@ -80,7 +80,7 @@ def _pool(arguments: argparse.Namespace) -> Callable[[], AbstractContextManager[
 def _cores(jobs: int | None) -> AbstractContextManager[Pool]:
     """Opened when the study has been checked and the first case is about to be run."""
     if not kernel_is_cached():
-        print("haul: compiling the model, once after an installation; takes about 20 s", file=sys.stderr)
+        print(f"haul: {COMPILING}", file=sys.stderr)
     return local_pool(jobs)
 
 

@@ -41,8 +41,15 @@ _FULL = 0.75
 Floats = NDArray[np.float64]
 
 
+COMPILING = (
+    "compiling the model, once after an installation or if what is kept of it is damaged; "
+    "takes some 20 s, to a minute or more on a busy machine"
+)
+"""What users are told then."""
+
+
 def kernel_is_cached() -> bool:
-    """Whether the compiled kernel is at hand; else the first train made in this process waits some 20 s for it."""
+    """Whether the compiled kernel is at hand; else the first train made in this process waits for it."""
     return is_cached(advance)
 
 

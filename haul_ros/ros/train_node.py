@@ -25,7 +25,7 @@ from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.request import Request
 from haul_ros.model.scenario import Scenario
-from haul_ros.physics.train_model import kernel_is_cached
+from haul_ros.physics.train_model import COMPILING, kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.context import ros_node_context, shut_down
 from haul_ros.ros.errors import RosError
@@ -117,7 +117,7 @@ class TrainNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
         self._first_recording = first_recording(self._settings.text("record_path"), scenario.name, datetime.now(UTC))
         if not kernel_is_cached():
-            self._log.info("compiling the model, once after an installation; takes about 20 s")
+            self._log.info(COMPILING)
         Session(scenario)  # compiles where needed, while nothing is open yet and a signal can still interrupt
 
     def run(self) -> int:

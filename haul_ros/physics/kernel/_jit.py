@@ -11,6 +11,8 @@ from typing import Any, TypeVar
 import numba
 from numba import config
 
+from haul_ros.physics.kernel._cache import SealedCacheFile
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 # No test for a zero divisor at each division: a quotient that is not a number shows in the residual.
@@ -55,17 +57,26 @@ def entry(function: _Function) -> _Function:
     function.__qualname__ = f"{function.__name__}_{source_digest()}"
     try:
         compiled: _Function = numba.njit(cache=True, **_OPTIONS)(function)
+        _seal(compiled)
     except RuntimeError:  # neither the installation nor the user's cache folder can be written
         compiled = numba.njit(**_OPTIONS)(function)
     return compiled
 
 
+def _seal(compiled: Any) -> None:
+    """Let its cache be checked before it is used; interpreted there is none."""
+    if not config.DISABLE_JIT:  # type: ignore[attr-defined]
+        compiled._cache._cache_file = SealedCacheFile.taking_over(compiled._cache._cache_file)
+
+
 def is_cached(function: Any) -> bool:
-    """Whether the machine code of an entry is at hand; else its first call has to make it, which takes some 20 s.
+    """Whether the machine code of an entry is at hand and whole; else its first call has to make it.
+
+    That takes some 20 s, more on a busy machine.
 
     Interpreted there is nothing to make.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return True
-    cache = Path(function.stats.cache_path or ".")
-    return bool(function.signatures) or any(cache.glob(f"*{function.__qualname__}*.nbi"))
+    file = getattr(function._cache, "_cache_file", None)
+    return bool(function.signatures) or (isinstance(file, SealedCacheFile) and file.whole())
