@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -143,3 +144,13 @@ def test_a_folder_is_no_recording(capsys: pytest.CaptureFixture[str]) -> None:
     for command in (["info", "."], ["analyze", "/"], ["replay", ".."], ["recover", ".", "-o", "x.mcap"]):
         assert main(command) == 2
     assert capsys.readouterr().err.count("Is a directory") == 4
+
+
+def test_a_name_that_the_output_cannot_encode_is_escaped(tmp_path: Path, short_train: str) -> None:
+    (tmp_path / "\u00e9t\u00e9.yaml").write_text(short_train, "utf-8")
+    command = [sys.executable, "-m", "haul_ros", "run", "\u00e9t\u00e9.yaml", "--set", "max_duration_s=0.1"]
+    path = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONPATH": path}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(r"\xe9t\xe9: ")
