@@ -19,7 +19,7 @@ class ArgumentError(HaulError):
 
 
 def node(arguments: argparse.Namespace) -> int:
-    """Run the live node until SIGINT or SIGTERM."""
+    """Run the live node until SIGINT, SIGTERM or SIGHUP, which end it with status 0."""
     return ros_node.main(node_arguments(arguments))
 
 

@@ -13,7 +13,8 @@ from haul_ros.ros.signals import ending_signals
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT, SIGTERM or SIGHUP; ``args`` without the program's name, None: those of the process.
 
-    Returns the exit status: 0 ended as asked, 1 failed while running, 2 the user's mistake.
+    Returns the exit status: 0 ended as asked, by any of these signals, which launch and process managers take for a
+    clean end; 1 failed while running, 2 the user's mistake.
     """
     argv = sys.argv if args is None else ["train_node", *args]
     with ending_signals() as signals:
