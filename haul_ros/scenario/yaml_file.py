@@ -21,7 +21,7 @@ MOST_VALUES = 50_000
 """Most values and keys of a document: some 150 MB of memory while it is read."""
 MOST_LEVELS = 100
 """Most values inside one another."""
-_MOST_BITS = 1024
+_MOST_BITS = 10_000
 """Of a whole number."""
 _TOO_MANY = f"more than {MOST_VALUES} values and keys"
 

@@ -117,6 +117,6 @@ def test_a_file_without_end_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", ["0x" + "f" * 5000, "0o" + "7" * 5000, "-0x" + "f" * 5000, "9" * 4000])
 def test_a_whole_number_of_thousands_of_digits_is_refused_in_one_line(number: str) -> None:
-    with pytest.raises(ScenarioError, match=r"a\.yaml:2: speed: a whole number of more than 1024 bits") as caught:
+    with pytest.raises(ScenarioError, match=r"a\.yaml:2: speed: a whole number of more than 10000 bits") as caught:
         parse_yaml(f"a: 1\nspeed: {number}\n", "a.yaml")
     assert "\n" not in str(caught.value)
