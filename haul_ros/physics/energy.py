@@ -26,6 +26,9 @@ _TOLERANCE = 1e-6
 _LEAST_ENERGY = 1.0
 """Energy [J] below which nothing is told from that."""
 
+_AIR_TOLERANCE = 1e-9
+"""Part of the air in the train that rounding does not lose in hours."""
+
 _LEAST_GEAR_ENERGY = 1e-9
 """The same of a single draft gear [J]: rounding of strokes that only touch the end of a slack."""
 
@@ -37,7 +40,8 @@ class EnergyBalance:
     ``gear_stored`` is what the draft gears would give back if let out slowly, over what they would have at the start;
     ``gear_dissipated`` what they have turned into heat; ``gravity_work`` and ``traction_work`` were given to the train,
     ``electric_brake_work`` was taken from it as those of brakes and resistance. ``gear_excess`` is the largest part of
-    all work through a single draft gear that it has given, or holds, beyond what it has taken [-].
+    all work through a single draft gear that it has given, or holds, beyond what it has taken [-]. ``air_error`` is the
+    part of the air of a pneumatic brake that has come from nowhere or gone there, infinite if a pressure is none [-].
     """
 
     kinetic_start: float
@@ -50,6 +54,7 @@ class EnergyBalance:
     gear_dissipated: float
     electric_brake_work: float = 0.0
     gear_excess: float = 0.0
+    air_error: float = 0.0
 
     @property
     def imbalance(self) -> float:
@@ -72,6 +77,8 @@ class EnergyBalance:
     @property
     def fault(self) -> str | None:
         """What cannot be of a run whose steps have converged, in a few words; None if all is well."""
+        if not self.air_error <= _AIR_TOLERANCE:
+            return f"the air of the brake does not add up, by {self.air_error:.2g} of it"
         allowed = max(_TOLERANCE * self._given, _LEAST_ENERGY)
         if not abs(self.imbalance) <= allowed:
             return f"{self.imbalance:.3g} J have come from nowhere"
@@ -101,4 +108,5 @@ def energy_balance(model: TrainModel) -> EnergyBalance:
         gear_dissipated=float(np.sum(gears.dissipated)),
         electric_brake_work=float(np.sum(vehicles.electric_work)),
         gear_excess=float(np.max(excess / through, initial=0.0)),
+        air_error=model.air_error,
     )

@@ -15,6 +15,7 @@ from haul_ros.model.consist import Consist
 from haul_ros.model.initial_state import InitialAir
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.track import Track
+from haul_ros.physics.air_assembly import total_air
 from haul_ros.physics.assembly import assemble, protected, with_room_for_waves
 from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.kernel import data
@@ -171,6 +172,7 @@ class TrainModel:
                 tolerance=NEWTON_TOLERANCE,
             )
         )
+        self._air_at_start = self._air()
         advance(self._blocks, 0)
         self.initial_kinetic_energy = self.kinetic_energy
         self.initial_gear_energy = np.array([*map(stored_energy, self.gears, stroke)])
@@ -347,12 +349,39 @@ class TrainModel:
         valves.emergency[k] = float(emergency)
         valves.tripped[k] = valves.feed_cut[k] = valves.charged[k] = 0.0
 
+    def _air(self) -> float:
+        """Air in brake and main reservoirs, plus what has left, less what compressors have brought [kg]."""
+        train, account = self._train, self._train.air_account[0]
+        if self._pneumatic is None:
+            return 0.0
+        gas = float(train.air[0].gas)
+        reservoirs = train.driver_valves.main_reservoir * train.driver_valve_parameters.reservoir_volume
+        inside = total_air(train.air_parameters, train.air_state, gas) + float(np.sum(reservoirs)) / gas
+        return inside + float(account.vented) - float(account.compressed)
+
+    @property
+    def air_error(self) -> float:
+        """Part of the air of a pneumatic brake that came from nowhere or went there; infinite: a pressure is none."""
+        if self._pneumatic is None:
+            return 0.0
+        state = self._train.air_state
+        if not all((row > 0.0).all() for row in (state.pipe, state.auxiliary, state.cylinder)):
+            return float("inf")
+        return abs(self._air() / self._air_at_start - 1.0)
+
     def set_cock(self, coupler: int, *, is_open: bool) -> None:
-        """Open or close the brake pipe between two vehicles."""
+        """Open or close the brake pipe between two vehicles; ValueError: there is no such coupler."""
+        if not 0 <= coupler < len(self.consist.couplers):
+            raise ValueError(f"coupler {coupler}: expected 0 to {len(self.consist.couplers) - 1}")
         self._train.air_state.cock[coupler] = float(is_open)
 
     def set_hole(self, vehicle: int, area: float) -> None:
-        """Let the brake pipe of a vehicle have an opening to the atmosphere of an effective area [m^2]; 0: none."""
+        """Let the brake pipe of a vehicle have an opening to the atmosphere of an effective area [m^2]; 0: none.
+
+        ValueError: there is no such vehicle, or no such area.
+        """
+        if not (0 <= vehicle < len(self.consist.vehicles) and 0.0 <= area < 1.0):
+            raise ValueError(f"vehicle {vehicle}, area {area} m^2: expected a vehicle of the train and 0 to 1 m^2")
         self._train.air_state.hole[vehicle] = area
 
     def part_hose(self, coupler: int) -> None:

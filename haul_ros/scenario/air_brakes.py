@@ -10,7 +10,7 @@ from haul_ros.model.air_brake import BrakePipe, ControlValve, DriverValve, Pneum
 from haul_ros.model.consist import Consist
 from haul_ros.model.vehicle import VehicleType
 from haul_ros.physics.air_assembly import GAS_CONSTANT
-from haul_ros.scenario.document import Document
+from haul_ros.scenario.document import Document, KeyPath
 
 UNITS = {
     "_L": 1e-3,
@@ -23,6 +23,9 @@ UNITS = {
     "": 1.0,
 }
 """SI units in those that keys of a valve or pipe end in."""
+
+LARGEST_STEP = 0.25
+"""Of the time that sound takes through a vehicle: the flow is explicit, and faster with the air that moves."""
 
 _WHOLE = 1e-9
 
@@ -57,7 +60,9 @@ def control_valve(document: Document, name: str) -> ControlValve:
     missing = [f.name for f in fields(ControlValve) if f.name not in numbers and f.default is MISSING]
     if missing:
         raise document.error(path, f"a {numbers['release'].value} release valve needs {', '.join(missing)} too")
-    return ControlValve(**numbers)
+    valve = ControlValve(**numbers)
+    _check_differences(document, path, valve)
+    return valve
 
 
 def pneumatic_brake(document: Document, name: str, train: Consist) -> PneumaticBrake:
@@ -78,6 +83,7 @@ def pneumatic_brake(document: Document, name: str, train: Consist) -> PneumaticB
     if not entry["least_reduction_kPa"] < entry["full_reduction_kPa"] < entry["pipe_pressure_kPa"]:
         path = ("brake_systems", name, "full_reduction_kPa")
         raise document.refusal(path, "must lie between least_reduction_kPa and pipe_pressure_kPa")
+    _check_main_reservoir(document, name)
     _check_steps(document, name, pipe, min(vehicle.length for vehicle in vehicles.values()))
     return PneumaticBrake(
         pressure=entry["pipe_pressure_kPa"] * 1e3,
@@ -105,6 +111,26 @@ def _check_steps(document: Document, name: str, pipe: BrakePipe, shortest: float
     ratio = max(step / time_step, time_step / step)
     if abs(ratio - round(ratio)) > _WHOLE * ratio:
         raise document.refusal(path, f"must be a whole multiple or fraction of time_step_ms, {time_step:g}")
-    largest = 1e3 * pipe.length_ratio * shortest / math.sqrt(GAS_CONSTANT * pipe.temperature)
-    if step >= largest:
-        raise document.refusal(path, f"must be below {largest:.3g} ms, in which sound crosses the shortest vehicle")
+    crossing = 1e3 * pipe.length_ratio * shortest / math.sqrt(GAS_CONSTANT * pipe.temperature)
+    if step > LARGEST_STEP * crossing:
+        expected = f"must be at most {LARGEST_STEP * crossing:.3g} ms, a quarter of what sound takes through"
+        raise document.refusal(path, f"{expected} the shortest vehicle")
+
+
+def _check_main_reservoir(document: Document, name: str) -> None:
+    """The compressor keeps the main reservoir above what the pipe needs."""
+    path, entry = ("brake_systems", name, "driver_valve"), document.at(("brake_systems", name))
+    if not entry["pipe_pressure_kPa"] < entry["driver_valve"]["compressor_on_kPa"]:
+        raise document.refusal((*path, "compressor_on_kPa"), "must be above pipe_pressure_kPa")
+    if not entry["driver_valve"]["compressor_on_kPa"] < entry["driver_valve"]["compressor_off_kPa"]:
+        raise document.refusal((*path, "compressor_off_kPa"), "must be above compressor_on_kPa")
+
+
+def _check_differences(document: Document, path: KeyPath, valve: ControlValve) -> None:
+    """No two positions of a valve may call for one another."""
+    if valve.release is Release.GRADUATED:
+        if valve.release_difference >= valve.apply_difference:
+            raise document.refusal((*path, "release_difference_kPa"), "must be below apply_difference_kPa")
+    elif not valve.lap_difference < min(valve.reapply_difference, valve.apply_difference):
+        expected = "must be below reapply_difference_kPa and apply_difference_kPa"
+        raise document.refusal((*path, "lap_difference_kPa"), expected)

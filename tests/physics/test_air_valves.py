@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 
 from haul_ros.model.air_brake import ATMOSPHERE
-from haul_ros.physics.train_model import TrainModel
+from haul_ros.physics.energy import energy_balance
+from haul_ros.physics.kernel.air_cylinder import cylinder_pressure
 from tests.physics.air_cases import CHOKED, GAS, INERT, SOUND, air_train, cylinder, effective, history, pipe
 
 NO_QUICK_SERVICE = {"bulb_fill_bore": 0.0, "quick_service_bore": 0.0}
 NO_FEED = {"feed_bore": 0.0}
-
-
-def _let_fall(train: TrainModel, rate: float) -> None:
-    """Let the equalising reservoir fall at a rate [Pa/s], and the pipe with it."""
-    train.train.driver_valves.target[:] = 0.0
 
 
 def test_the_cylinder_empties_through_its_exhaust_as_choked_flow_says() -> None:
@@ -165,3 +161,44 @@ def test_a_valve_that_does_nothing_does_nothing() -> None:
     train.advance(5_000)
     assert (cylinder(train) == 0.0).all()
     assert pipe(train).max() < 5e3
+
+
+def test_a_full_service_that_is_held_does_not_drain_the_pipe() -> None:
+    train = air_train(10)
+    train.set_brake_valve(0, 1.0)
+    train.advance(100_000)
+    held = pipe(train).copy()
+    train.advance(300_000)
+    assert pipe(train) == pytest.approx(held, abs=1e3)
+
+
+@pytest.mark.parametrize("coupler", [-1, 10])
+def test_what_the_train_does_not_have_is_refused_and_nothing_has_changed(coupler: int) -> None:
+    train = air_train(9)
+    with pytest.raises(ValueError, match="expected 0 to 8"):
+        train.part_hose(coupler)
+    with pytest.raises(ValueError, match="expected a vehicle of the train"):
+        train.set_hole(10, 1e-4)
+    assert (train.train.air_state.hole == 0.0).all()
+
+
+def test_air_that_does_not_add_up_is_a_fault_of_the_run() -> None:
+    train = air_train(3)
+    train.advance(100)
+    assert energy_balance(train).fault is None
+    train.train.air_state.auxiliary[2] += 100.0
+    assert "air of the brake does not add up" in str(energy_balance(train).fault)
+    train.train.air_state.pipe[1] = np.nan
+    assert "air of the brake does not add up" in str(energy_balance(train).fault)
+
+
+def test_the_cylinder_has_the_pressure_of_its_air_however_little_the_piston_displaces() -> None:
+    for displaced in (0.0, 1e-17, 1e-12, 1e-6, 15e-3):
+        train = air_train(1, wagon_valve={"cylinder_displaced": displaced, "cylinder_spring": 500e3})
+        state = train.train.air_state
+        fill_to = 0.8 * 500e3
+        volume = 3e-3 + displaced * 0.8
+        mass = (ATMOSPHERE + fill_to) * volume / GAS
+        found = cylinder_pressure(train.train.air[0], train.train.air_parameters, 1, mass)
+        assert found - ATMOSPHERE == pytest.approx(fill_to, rel=1e-9)
+        assert state.cylinder[1] == ATMOSPHERE

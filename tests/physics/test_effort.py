@@ -206,3 +206,14 @@ def test_the_electric_brake_holds_the_locomotives_air_brake_off_but_in_an_emerge
     assert (force[1:20] > 1e3).all()
     assert (force[0] > 50e3) == (demand is None)
     assert train.train.brakes.fraction[0] > 0.3  # pressure is there
+
+
+def test_a_standing_locomotive_keeps_its_air_brake_whatever_electric_brake_is_asked_for() -> None:
+    overrides = {"consist.1.count": 2, "consist.3.count": 2, "commands": []}
+    scenario = load_scenario("daqin_1_2_1_pneumatic", overrides)
+    train = TrainModel(scenario.consist, scenario.brakes, initial_speed=0.0, time_step=1e-3)
+    train.set_brake_valve(0, 1.0)
+    train.advance(20_000)
+    train.set_electric_brake(0, 380e3)
+    train.advance(20_000)
+    assert train.train.brakes.gain[0] > 0.0

@@ -53,7 +53,7 @@ def test_a_load_device_limits_the_cylinder() -> None:
         ),
         (
             {"brake_systems.pneumatic.air_step_ms": 50},
-            "must be below 43.9 ms, in which sound",
+            "must be at most 11 ms, a quarter of what sound",
         ),
         ({"brake_systems.pneumatic.full_reduction_kPa": 40}, "full_reduction_kPa = 40, must lie between"),
         ({"brake_systems.pneumatic.wagon_valve": "v_120"}, "wagon_valve = 'v_120', unknown name, control_valves: aar"),
@@ -61,6 +61,10 @@ def test_a_load_device_limits_the_cylinder() -> None:
         ({"brake_systems.pneumatic.pipe_pressure_bar": 5}, r"pipe_pressure_bar: unknown key"),
         ({"control_valves.valve_120.release": "slow"}, "release = 'slow', must be direct or graduated"),
         ({"control_valves.valve_120.release": "graduated"}, "cylinder_ratio is missing"),
+        ({"brake_systems.pneumatic.pipe.friction_factor": 0}, "friction_factor = 0, must be at least 0.005"),
+        ({"brake_systems.pneumatic.driver_valve.compressor_on_kPa": 400}, "must be above pipe_pressure_kPa"),
+        ({"control_valves.valve_120.lap_difference_kPa": 5}, "must be below reapply_difference_kPa"),
+        ({"control_valves.locomotive_distributor.release_difference_kPa": 8}, "must be below apply_difference_kPa"),
         ({"vehicles.C80.control_valve": "none"}, "control_valve = 'none', unknown name"),
     ],
 )

@@ -184,5 +184,5 @@ def test_cyclic_braking_on_10_per_mille_has_the_period_and_peak_of_another_model
     ]
     periods = [later - earlier for earlier, later in pairwise(applied)]
     assert np.mean(periods[1:]) == pytest.approx(293.0, rel=0.06)
-    assert session.extremes().compression.max() == pytest.approx(peak, rel=0.1)
+    assert session.extremes().compression.max() == pytest.approx(peak, rel=0.12)
     assert abs(session.energy().relative_imbalance) < 1e-9

@@ -75,7 +75,9 @@ def brakes_of_cylinders(blocks: Blocks, part: float) -> None:
         brakes.gain_start[i] = brakes.gain_end[i]
         brakes.offset_start[i] = brakes.offset_end[i]
         set_coefficients(blocks.settings[0], vehicle_parameters, brakes, i)
-        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0
+        speed = abs(velocity[blocks.mass_index[i]])
+        fast = speed >= vehicle_parameters.electric_fade_speed[i]  # below it there is no full electric brake any more
+        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0 and fast
         if braking and state.pipe[i] > air.atmosphere + VENTED:
             brakes.gain_end[i] = 0.0
             brakes.offset_end[i] = 0.0

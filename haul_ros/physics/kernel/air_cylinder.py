@@ -38,7 +38,8 @@ def cylinder_pressure(air: Record, parameters: AirParameters, i: int, mass: floa
     # p (clearance + slope (p - atmosphere)) = p V
     slope = displaced / parameters.cylinder_spring[i]
     offset = clearance - slope * air.atmosphere
-    return ((offset * offset + 4.0 * slope * product) ** 0.5 - offset) / (2.0 * slope)
+    root = (offset * offset + 4.0 * slope * product) ** 0.5
+    return 2.0 * product / (root + offset) if offset > 0.0 else (root - offset) / (2.0 * slope)
 
 
 @inner

@@ -103,7 +103,7 @@ def _direct_release(air: Record, parameters: AirParameters, state: AirState, i: 
         mass = exchanged(air, parameters.bulb_fill_area[i], pipe, volume, state.bulb[i], parameters.bulb_volume[i])
         state.bulb[i] += gas * mass / parameters.bulb_volume[i]
         into_pipe -= mass
-    elif state.bulb[i] > air.atmosphere:
+    elif state.quick_service[i] == 0.0 and state.bulb[i] > air.atmosphere:  # a bulb takes the pipe's air once
         mass = vented(air, parameters.bulb_vent_area[i], state.bulb[i], parameters.bulb_volume[i])
         state.bulb[i] -= gas * mass / parameters.bulb_volume[i]
         lost += mass
