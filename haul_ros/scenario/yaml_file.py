@@ -82,6 +82,8 @@ def parse_yaml(text: str, label: str) -> Document:
         It is not YAML, or a key occurs twice or is not text, or there are more than `MOST_VALUES` values in it or
         more than `MOST_LEVELS` inside one another, aliases written out.
     """
+    if len(text) > MOST_BYTES:  # it may come from a recording or a command line
+        raise ScenarioError(f"{label}: more than {MOST_BYTES // 2**20} MiB, expected YAML of less")
     yaml = YAML(typ="safe", pure=True)
     yaml.Composer = _BoundedComposer
     try:

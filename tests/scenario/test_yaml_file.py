@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from haul_ros.errors import ScenarioError
-from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
+from haul_ros.scenario.yaml_file import MOST_BYTES, dump_yaml, parse_yaml, read_yaml
 
 KEYS = st.from_regex("[A-Za-z0-9][A-Za-z0-9_.-]*", fullmatch=True)
 PLAIN = st.recursive(
@@ -120,3 +120,8 @@ def test_a_whole_number_of_thousands_of_digits_is_refused_in_one_line(number: st
     with pytest.raises(ScenarioError, match=r"a\.yaml:2: speed: a whole number of more than 10000 bits") as caught:
         parse_yaml(f"a: 1\nspeed: {number}\n", "a.yaml")
     assert "\n" not in str(caught.value)
+
+
+def test_a_text_that_is_longer_than_a_file_may_be_is_refused_before_it_is_parsed() -> None:
+    with pytest.raises(ScenarioError, match="recorded: more than 4 MiB, expected YAML of less"):
+        parse_yaml("#" * (MOST_BYTES + 1), "recorded")
