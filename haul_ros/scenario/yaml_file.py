@@ -15,7 +15,7 @@ from ruamel.yaml.representer import SafeRepresenter
 
 from haul_ros.errors import ScenarioError
 from haul_ros.scenario.document import Document, KeyPath, dotted
-from haul_ros.scenario.text_file import read_text
+from haul_ros.scenario.text_file import MOST_BYTES, read_text
 
 MOST_VALUES = 50_000
 """Most values and keys of a document: some 150 MB of memory while it is read."""
