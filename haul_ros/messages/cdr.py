@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from haul_ros.messages.channels import BOOL, FLOAT64, FLOAT64_ARRAY, JOINT_STATE
+from haul_ros.messages.channels import BOOL, FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE, STRING
 from haul_ros.model.sample import FloatArray
 from haul_ros.units import NS_PER_S
 
@@ -296,6 +296,35 @@ def decode_bool(data: bytes) -> bool:
     if data == _bool_message(False):
         return False
     raise ValueError(f"message of {len(data)} bytes is no {BOOL}")
+
+
+_INT32_HEAD, _INT32 = b"\x00\x01\x00\x00", struct.Struct("<i")
+
+
+def encode_int32(value: int) -> bytes:
+    """CDR bytes of a ``std_msgs/Int32``."""
+    return _INT32_HEAD + _INT32.pack(value)
+
+
+def decode_int32(data: bytes) -> int:
+    """Value of a ``std_msgs/Int32``; ValueError if the bytes are not one."""
+    if len(data) != len(_INT32_HEAD) + _INT32.size or not data.startswith(_INT32_HEAD):
+        raise ValueError(f"message of {len(data)} bytes is no {INT32}")
+    value: int = _INT32.unpack_from(data, len(_INT32_HEAD))[0]
+    return value
+
+
+def encode_string(value: str) -> bytes:
+    """CDR bytes of a ``std_msgs/String``."""
+    return serialize(new_message(STRING, value), STRING)
+
+
+def decode_string(data: bytes) -> str:
+    """Value of a ``std_msgs/String``; ValueError if the bytes are not those of `encode_string`."""
+    text = bytes(data[8:-1]).decode(errors="replace")
+    if encode_string(text) != data:
+        raise ValueError(f"message of {len(data)} bytes is no {STRING}")
+    return text
 
 
 def encode_clock(time_ns: int) -> bytes:

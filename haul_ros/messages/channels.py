@@ -13,6 +13,8 @@ from haul_ros.model.consist import MASTER
 
 BOOL = "std_msgs/msg/Bool"
 FLOAT64 = "std_msgs/msg/Float64"
+INT32 = "std_msgs/msg/Int32"
+STRING = "std_msgs/msg/String"
 FLOAT64_ARRAY = "std_msgs/msg/Float64MultiArray"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 LOG = "rcl_interfaces/msg/Log"
@@ -63,8 +65,8 @@ class Channel:
 class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
-    ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link, for slaves only.
-    Brake pipe and auxiliary reservoirs are there with a pneumatic brake only.
+    ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link that may change, for
+    slaves only. Brake pipe and auxiliary reservoirs are there with a pneumatic brake only.
     """
 
     prefix: str
@@ -122,8 +124,17 @@ _RADIO = {
     "delay": ("radio_delay", FLOAT64),
     "jitter": ("radio_jitter", FLOAT64),
     "loss_probability": ("radio_loss_probability", FLOAT64),
+    "jitter_law": ("radio_jitter_law", STRING),
+    "retries": ("radio_retries", INT32),
+    "retry_interval": ("radio_retry_interval", FLOAT64),
+    "duplicate_probability": ("radio_duplicate_probability", FLOAT64),
+    "in_order": ("radio_in_order", BOOL),
+    "fails": ("radio_fails", STRING),
+    "burst_length": ("radio_burst_length", FLOAT64),
+    "burst_spacing": ("radio_burst_spacing", FLOAT64),
+    "burst_loss_probability": ("radio_burst_loss_probability", FLOAT64),
 }
-"""By the fields of a radio link."""
+"""By the fields of a radio link that may change."""
 
 
 def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False) -> ChannelTable:

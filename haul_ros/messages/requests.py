@@ -1,18 +1,37 @@
-"""Requests as messages and back: each message is a number on a topic of its own."""
+"""Requests as messages and back: each message is a number or a word on a topic of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from haul_ros.messages.cdr import decode_bool, decode_float64, encode_bool, encode_float64
-from haul_ros.messages.channels import BOOL, FLOAT64, Channel, ChannelTable
+from haul_ros.messages.cdr import (
+    decode_bool,
+    decode_float64,
+    decode_int32,
+    decode_string,
+    encode_bool,
+    encode_float64,
+    encode_int32,
+    encode_string,
+)
+from haul_ros.messages.channels import BOOL, FLOAT64, INT32, STRING, Channel, ChannelTable
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 
-_ENCODE: Mapping[str, Callable[[Any], bytes]] = {BOOL: encode_bool, FLOAT64: encode_float64}
-_DECODE: Mapping[str, Callable[[bytes], float | bool]] = {BOOL: decode_bool, FLOAT64: decode_float64}
+_ENCODE: Mapping[str, Callable[[Any], bytes]] = {
+    BOOL: encode_bool,
+    FLOAT64: encode_float64,
+    INT32: encode_int32,
+    STRING: encode_string,
+}
+_DECODE: Mapping[str, Callable[[bytes], float | bool | str]] = {
+    BOOL: decode_bool,
+    FLOAT64: decode_float64,
+    INT32: decode_int32,
+    STRING: decode_string,
+}
 
 
 class RequestCodec:
@@ -41,7 +60,7 @@ class RequestCodec:
 
     def encode(self, request: Request) -> list[tuple[Channel, bytes]]:
         """Each message of a request: its channel and its CDR bytes."""
-        values: list[tuple[Channel, float | bool]]
+        values: list[tuple[Channel, float | bool | str]]
         if isinstance(request, Command):
             values = [(self._channels.commands[request.kind][request.locomotive], request.value)]
         else:

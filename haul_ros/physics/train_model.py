@@ -428,6 +428,12 @@ class TrainModel:
         """Speed of every vehicle (n_vehicles,) [m/s]; a copy."""
         return self._train.masses.velocity[self._train.mass_index]
 
+    def chainage(self, vehicle: int) -> float:
+        """Where the centre of a vehicle is [m]."""
+        train = self._train
+        travelled = train.masses.displacement[train.mass_index[vehicle]]
+        return float(self._start_chainage - train.vehicle_parameters.centre_offset[vehicle] + travelled)
+
     @property
     def displacement(self) -> Floats:
         """Way of every vehicle (n_vehicles,) [m], from where it stands at t = 0 if the couplers are free; a copy."""

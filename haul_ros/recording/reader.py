@@ -17,8 +17,8 @@ from mcap.records import Statistics
 from mcap.summary import Summary
 
 from haul_ros.errors import RecordingError
-from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, typestore
-from haul_ros.messages.channels import BOOL, FLOAT64, LOG, Channel, ChannelTable
+from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, decode_int32, typestore
+from haul_ros.messages.channels import BOOL, FLOAT64, INT32, LOG, Channel, ChannelTable
 from haul_ros.messages.encoder import LOGGER, Message
 from haul_ros.messages.quantities import CouplerArrays, ExtremeArrays, VehicleArrays, extremes_of, pressure_codec
 from haul_ros.messages.requests import RequestCodec
@@ -58,7 +58,11 @@ MOST_ENTRIES = 500_000
 """Commands, and events, of one recording: some 200 MB of memory."""
 LARGEST_STATE = 1024 * 1024
 """Bytes of a message of couplers or vehicles; that of 2000 vehicles has some 150 000."""
-_SCALARS: Mapping[str, Callable[[bytes], float]] = {FLOAT64: decode_float64, BOOL: decode_bool}
+_SCALARS: Mapping[str, Callable[[bytes], float]] = {
+    FLOAT64: decode_float64,
+    BOOL: decode_bool,
+    INT32: decode_int32,
+}
 
 
 class Recording:
@@ -224,7 +228,7 @@ class Recording:
         return newest
 
     def scalars(self, topic: str) -> ScalarSeries:
-        """A Float64 or Bool topic, by full name or relative to the node: ``slave_1/radio_delay``.
+        """A Float64, Int32 or Bool topic, by full name or relative to the node: ``slave_1/radio_delay``.
 
         Raises
         ------
@@ -235,7 +239,7 @@ class Recording:
         with self._border():
             msgtype = self._topics.msgtype(topic)
             if msgtype not in _SCALARS:
-                raise RecordingError(f"{self.path}: {topic} is {msgtype}, expected {FLOAT64} or {BOOL}")
+                raise RecordingError(f"{self.path}: {topic} is {msgtype}, expected {', '.join(_SCALARS)}")
             decode = _SCALARS[msgtype]
             count = self._topics.count(topic)
             time_ns, values = np.empty(count, np.int64), np.empty(count)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
-from haul_ros.model.event import Event, EventKind
 from haul_ros.model.log import LogEntry, PeriodLog
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import Request, TimedRequest
@@ -24,10 +21,12 @@ from haul_ros.physics.train_model import StepStatistics, TrainModel
 from haul_ros.simulation.brake_valves import brake_valves
 from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.events import EventDetector, TrainState
+from haul_ros.simulation.exchange import Exchange
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.overspeed import Overspeeds
-from haul_ros.simulation.radio import LinkStatus, Radio
+from haul_ros.simulation.radio import LinkStatus
 from haul_ros.simulation.slices import Slices
+from haul_ros.simulation.telegrams import ROUNDING
 from haul_ros.units import NS_PER_S, seconds_to_ns
 
 EXTREMES_PERIOD_NS = NS_PER_S
@@ -36,9 +35,6 @@ EXTREMES_PERIOD_NS = NS_PER_S
 MOST_UNDER_WAY = 4096
 """Brake waves and telegrams under way at which nothing but an emergency is taken, and sent only to slaves that do not
 have one coming: they take memory, and waves time in every step."""
-
-_ROUNDING = 1e-6
-"""Part of a time step by which an arrival may miss a step and still count as on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +47,6 @@ class SessionStatus:
 
 def _is_emergency(command: Command) -> bool:
     return command.kind is CommandKind.EMERGENCY and command.value != 0.0
-
-
-@dataclass(order=True, slots=True)
-class _Arrival:
-    """A command on its way to the locomotive that it is to act on."""
-
-    step: int
-    time: float
-    order: int
-    command: Command = field(compare=False)
 
 
 class Session:
@@ -95,18 +81,23 @@ class Session:
             initial_air=scenario.initial_state.air,
             time_step=scenario.time_step,
         )
-        self._radio = Radio(scenario.radio, scenario.radio_seed)
         self._entries: list[LogEntry] = [
             TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
         ]
         self._locomotives = Locomotives(self._model, brake_valves(self._model, scenario), self._entries)
+        self._vehicles = {locomotive.name: locomotive.vehicle for locomotive in scenario.consist.locomotives}
+        self._exchange = Exchange(
+            scenario,
+            self._locomotives,
+            self._chainage,
+            air_between_steps=self._model.pneumatic is not None,
+            log=self._entries,
+        )
         self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track)
         self._logged_step = -1
         self._extremes_due_ns = 0
         self._extremes_logged_ns = -1
-        self._order = itertools.count()
         self._slices = Slices()
-        self._arrivals: list[_Arrival] = []
         timed = sorted([*(scenario.commands if play_commands else ()), *requests], key=lambda entry: entry.time_ns)
         self._driver = Driver(scenario.driver) if play_commands and scenario.driver else None
         self._next_look = 0
@@ -146,13 +137,14 @@ class Session:
         A train that stands at the start is held only if it has not moved after the first period.
         """
         driven = self._driver is not None and self.steps_left > 0  # may set a standing train in motion again
-        waiting = driven or bool(self._timed or self._arrivals) or not self._model.brakes_settled or self.step == 0
+        coming = driven or bool(self._timed or self._exchange.under_way)
+        waiting = coming or not self._model.brakes_settled or self.step == 0
         return (self.at_standstill and not waiting) or self.steps_left == 0
 
     @property
     def steps_left(self) -> int:
         """Time steps to the end of the longest duration; 0 if it is over."""
-        return max(0, math.ceil(self.scenario.max_duration / self.scenario.time_step - _ROUNDING) - self.step)
+        return max(0, math.ceil(self.scenario.max_duration / self.scenario.time_step - ROUNDING) - self.step)
 
     @property
     def stop_time(self) -> float | None:
@@ -182,11 +174,14 @@ class Session:
 
     def radio_link(self, slave: str) -> RadioLink:
         """The radio link to a slave."""
-        return self._radio.link(slave)
+        return self._exchange.link(slave)
+
+    def _chainage(self, locomotive: str) -> float:
+        return self._model.chainage(self._vehicles[locomotive])
 
     def status(self) -> SessionStatus:
         """How the steps went, and the state of the radio links."""
-        return SessionStatus(self._model.statistics(), self._radio.status())
+        return SessionStatus(self._model.statistics(), self._exchange.status(self.time))
 
     # -- log ------------------------------------------------------------------------------------
 
@@ -218,9 +213,6 @@ class Session:
             sample, self._model.brake_targets, self._model.bottomed_times, self.stop_time, self._model.valves()
         )
 
-    def _log_radio(self, text: str) -> None:
-        self._entries.append(Event(self.time_ns, EventKind.RADIO, text))
-
     # -- requests -------------------------------------------------------------------------------
 
     def request(self, request: Request) -> None:
@@ -234,24 +226,9 @@ class Session:
             changed then.
         """
         if isinstance(request, RadioLinkChange):
-            self._change_link(request)
+            self._exchange.change(request, self.time)
         else:
             self._command(request)
-
-    def _change_link(self, change: RadioLinkChange) -> None:
-        if change.slave not in self.scenario.radio:
-            known = ", ".join(self.scenario.radio) or "none"
-            raise CommandError(f"{change.slave}: no such slave locomotive, this train has {known}")
-        before = self._radio.link(change.slave)
-        try:
-            link = change.applied_to(before)
-        except ValueError as error:
-            raise CommandError(f"{change.slave}: {error}") from error
-        self._entries.append(TimedRequest(self.time_ns, change))
-        if link.connected != before.connected:
-            self._log_radio(f"{change.slave}: radio link {'up' if link.connected else 'down'}")
-        self._radio.set_link(change.slave, link)
-        self._locomotives.set_radio_link(change.slave, link.connected)
 
     def _command(self, command: Command) -> None:
         self._locomotives.check(command)
@@ -266,30 +243,13 @@ class Session:
         else:
             slaves = [command.locomotive]
         if full:
-            slaves = [slave for slave in slaves if not self._has_emergency_coming(slave)]
+            slaves = [slave for slave in slaves if not self._exchange.has_emergency_coming(slave)]
         for slave in slaves:
-            arrival = self._radio.send(slave, self.time)
-            if arrival is None:
-                self._log_radio(f"{slave}: telegram lost: {command.kind.value} {command.value:g}")
-            else:
-                self._schedule(arrival, Command(slave, command.kind, command.value))
-
-    def _has_emergency_coming(self, slave: str) -> bool:
-        """The last telegram on its way to a slave that says anything of an emergency starts one."""
-        kind = CommandKind.EMERGENCY
-        on_the_way = [a for a in self._arrivals if a.command.kind is kind and a.command.locomotive == slave]
-        return bool(on_the_way) and _is_emergency(max(on_the_way).command)
+            self._exchange.send(Command(slave, command.kind, command.value), self.step, self.time)
 
     @property
     def _under_way(self) -> int:
-        return self._model.waves_under_way + len(self._arrivals)
-
-    def _schedule(self, time: float, command: Command) -> None:
-        steps = time / self.scenario.time_step
-        # A wave starts within the step that holds its time; tractive effort and air change between steps.
-        late = command.kind.is_effort or self._model.pneumatic is not None
-        step = math.ceil(steps - _ROUNDING) if late else math.floor(steps + _ROUNDING)
-        heapq.heappush(self._arrivals, _Arrival(max(step, self.step), time, next(self._order), command))
+        return self._model.waves_under_way + self._exchange.under_way
 
     # -- running --------------------------------------------------------------------------------
 
@@ -329,9 +289,7 @@ class Session:
             self._next_look = self.step + self._steps_between_looks
             for command in self._driver.look(self.time, float(self._model.speed[0])):
                 self.request(command)
-        while self._arrivals and self._arrivals[0].step <= self.step:
-            arrival = heapq.heappop(self._arrivals)
-            self._locomotives.carry_out(max(arrival.time, self.time), arrival.command)
+        self._exchange.carry_out_due(self.step, self.time)
 
     @property
     def _steps_between_looks(self) -> int:
@@ -339,7 +297,7 @@ class Session:
         return max(1, round(self.scenario.driver.reaction_time / self.scenario.time_step))
 
     def _next_due_step(self) -> int:
-        due = [self._timed[0][0]] if self._timed else []
-        due += [self._arrivals[0].step] if self._arrivals else []
+        due = [self._exchange.next_step(self.step)]
+        due += [self._timed[0][0]] if self._timed else []
         due += [self._next_look] if self._driver is not None else []
-        return min(due, default=self.step + 2**62)
+        return min(due)

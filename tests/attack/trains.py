@@ -66,6 +66,14 @@ def _request(rng: random.Random) -> Command | RadioLinkChange:
             {"jitter": nasty.number(rng)},
             {"loss_probability": rng.random()},
             {"connected": rng.random() < 0.5},
+            {"jitter_law": rng.choice(("uniform", "exponential", "normal", "gamma", "empirical", "cauchy", ""))},
+            {"retries": rng.choice((0, 1, 16, 17, -1))},
+            {"retry_interval": nasty.number(rng)},
+            {"duplicate_probability": rng.random()},
+            {"in_order": rng.random() < 0.5},
+            {"fails": rng.choice(("none", "to_slave", "from_slave", "both"))},
+            {"burst_length": nasty.number(rng)},
+            {"burst_spacing": nasty.number(rng)},
         ]
         return RadioLinkChange(rng.choice(("slave_1", "slave_1", "slave_7")), **rng.choice(fields))
     locomotive = rng.choice(("master", "slave_1", "slave_1", "", "slave_7"))

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 
 from haul_ros.cli import run as run_module
-from haul_ros.messages.channels import channel_table
+from haul_ros.messages.channels import STRING, channel_table
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.log import PeriodLog
 from haul_ros.recording.reader import Recording
@@ -94,7 +94,11 @@ def test_the_recording_holds_the_samples_commands_and_brakes_of_the_run_bit_for_
         couplers, vehicles, pressure = recording.couplers(), recording.vehicles(), recording.pressure()
         assert recording.commands() == ((SECOND // 2, Command("master", CommandKind.EMERGENCY, 1.0)),)
         applied = {name: recording.scalars(f"{name}/applied_brake") for name in ("master", "slave_1")}
-        link = {name: recording.scalars(f"slave_1/radio_{name}") for name in TABLE.radio}
+        link = {
+            name: recording.scalars(f"slave_1/radio_{name}")
+            for name, by_slave in TABLE.radio.items()
+            if by_slave["slave_1"].msgtype != STRING
+        }
         extremes = list(recording.extremes())
         assert recording.info().complete
     np.testing.assert_array_equal(couplers.time_ns, [sample.time_ns for sample in samples])
@@ -112,6 +116,13 @@ def test_the_recording_holds_the_samples_commands_and_brakes_of_the_run_bit_for_
         "delay": ([0], [1.0]),
         "jitter": ([0], [0.0]),
         "loss_probability": ([0], [0.0]),
+        "retries": ([0], [0.0]),
+        "retry_interval": ([0], [0.5]),
+        "duplicate_probability": ([0], [0.0]),
+        "in_order": ([0], [1.0]),
+        "burst_length": ([0], [0.0]),
+        "burst_spacing": ([0], [60.0]),
+        "burst_loss_probability": ([0], [1.0]),
     }
     expected = [(log.time_ns, log.extremes) for log in logs if log.extremes]
     for (time_ns, found), (expected_ns, largest) in zip(extremes, expected, strict=True):

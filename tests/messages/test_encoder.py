@@ -13,7 +13,7 @@ from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.log import AppliedBrake, PeriodLog
-from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
 
@@ -89,7 +89,7 @@ def test_the_applied_brake_and_the_pace_have_their_topics(encoder: TelemetryEnco
 
 
 def test_a_change_of_a_link_has_a_message_for_each_field_that_it_gives(encoder: TelemetryEncoder) -> None:
-    start = RadioLinkChange.to("slave_1", RadioLink(2.5, 0.25, 0.125, False))
+    start = RadioLinkChange("slave_1", 2.5, 0.25, 0.125, False)
     assert contents(encoder.entries([TimedRequest(2, start)])) == [
         ("/haul/slave_1/radio_delay", 2, 2.5),
         ("/haul/slave_1/radio_jitter", 2, 0.25),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -51,6 +52,26 @@ def test_the_changes_read_back_lead_to_the_same_link(
         link = part.applied_to(link)
     assert link == expected
     assert isinstance(link.connected, bool)
+
+
+def test_words_and_whole_numbers_of_a_link_are_read_back_as_they_are() -> None:
+    values: dict[str, Any] = {
+        "jitter_law": "gamma",
+        "retries": 3,
+        "retry_interval": 0.25,
+        "duplicate_probability": 0.125,
+        "in_order": False,
+        "fails": "from_slave",
+        "burst_length": 2.0,
+        "burst_spacing": 30.0,
+        "burst_loss_probability": 0.75,
+    }
+    parts = decoded(RadioLinkChange("slave_2", **values))
+    assert parts == [RadioLinkChange("slave_2", **{name: value}) for name, value in values.items()]
+    for data in (b"", b"\x00\x01\x00\x00", b"\x00\x01\x00\x00\xff\xff\xff\xffgamma\x00"):
+        for field in ("jitter_law", "retries"):
+            with pytest.raises(ValueError, match="is no std_msgs/msg/"):
+                CODEC.decode(TABLE.radio[field]["slave_1"].topic, data)
 
 
 def test_links_are_state_and_commands_are_not() -> None:

@@ -10,7 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from haul_ros.errors import ScenarioError
-from haul_ros.scenario.yaml_file import MOST_BYTES, dump_yaml, parse_yaml, read_yaml
+from haul_ros.scenario.text_file import MOST_BYTES
+from haul_ros.scenario.yaml_file import dump_yaml, parse_yaml, read_yaml
 
 KEYS = st.from_regex("[A-Za-z0-9][A-Za-z0-9_.-]*", fullmatch=True)
 PLAIN = st.recursive(

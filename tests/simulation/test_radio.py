@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from itertools import groupby, pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haul_ros.model.radio import RadioLink
+from haul_ros.model.sample import FloatArray
 from haul_ros.simulation.radio import LinkStatus, Radio
 
 
@@ -100,6 +104,74 @@ def test_status_shows_a_link_that_is_down_and_a_telegram_lost() -> None:
     radio.set_link("slave_2", RadioLink(delay=0.3))
     radio.send("slave_2", 1.0)
     assert radio.status()["slave_2"] == LinkStatus(connected=True, delay=0.3, sent=2, lost=1)
+
+
+def _late(link: RadioLink, n: int = 4000, seed: int = 5) -> FloatArray:
+    """How late telegrams are that are sent far apart [s]."""
+    radio = Radio({"slave_1": link}, seed)
+    return np.array([(radio.send("slave_1", 100.0 * i) or 0.0) - 100.0 * i for i in range(n)])
+
+
+@pytest.mark.parametrize(
+    ("link", "mean", "deviation"),
+    [
+        (RadioLink(0.5, 0.2), 0.6, 0.2 / math.sqrt(12)),
+        (RadioLink(0.5, 0.2, jitter_law="exponential"), 0.7, 0.2),
+        (RadioLink(0.5, 0.2, jitter_law="gamma", jitter_shape=4.0), 0.7, 0.2 / 2),
+        (RadioLink(2.0, 0.2, jitter_law="normal"), 2.0, 0.2),
+        # Half a normal law where nothing else is left of it
+        (RadioLink(0.0, 0.2, jitter_law="normal"), 0.2 * math.sqrt(2 / math.pi), 0.2 * math.sqrt(1 - 2 / math.pi)),
+        (RadioLink(0.5, 0.2, jitter_law="empirical", jitter_quantiles=(1.0, 2.0, 5.0)), 0.5 + 0.2 * 2.5, 0.2 * 1.190),
+    ],
+)
+def test_every_law_of_jitter_has_its_mean_and_deviation(link: RadioLink, mean: float, deviation: float) -> None:
+    late = _late(link)
+    error = deviation / math.sqrt(len(late))
+    assert np.mean(late) == pytest.approx(mean, abs=4 * error)
+    assert np.std(late) == pytest.approx(deviation, rel=0.08)
+    assert np.min(late) >= (0.0 if link.jitter_law == "normal" else link.delay)
+
+
+def test_another_law_leaves_the_luck_alone() -> None:
+    plain, other = (Radio({"slave_1": RadioLink(0.1, 0.5, 0.3, jitter_law=law)}, 7) for law in ("uniform", "gamma"))
+    lost = [[arrival is None for arrival in _arrivals(radio, "slave_1")] for radio in (plain, other)]
+    assert lost[0] == lost[1]
+
+
+def test_telegrams_overtake_each_other_only_where_they_may() -> None:
+    ordered, free = (
+        _arrivals(Radio({"slave_1": RadioLink(0.1, 0.5, in_order=o)}, 7), "slave_1") for o in (True, False)
+    )
+    assert all(b >= a for a, b in pairwise(ordered) if a is not None and b is not None)
+    assert any(b < a for a, b in pairwise(free) if a is not None and b is not None)
+
+
+def test_bursts_take_their_share_of_time_and_last_as_long_as_they_should() -> None:
+    length, spacing, period = 2.0, 6.0, 0.1
+    link = RadioLink(loss_probability=0.0, burst_length=length, burst_spacing=spacing, burst_loss_probability=1.0)
+    lost = [arrival is None for arrival in _arrivals(Radio({"slave_1": link}, 11), "slave_1", 40_000, period)]
+    assert np.mean(lost) == pytest.approx(length / (length + spacing), rel=0.12)
+    runs = [len(list(group)) for is_lost, group in groupby(lost) if is_lost]
+    share = length / (length + spacing)
+    stays = share + (1.0 - share) * math.exp(-period * (1.0 / length + 1.0 / spacing))
+    assert np.mean(runs) == pytest.approx(1.0 / (1.0 - stays), rel=0.12)
+    assert np.mean(runs) == pytest.approx(length / period, rel=0.2)
+
+
+def test_a_telegram_arrives_twice_with_its_probability() -> None:
+    radio = Radio({"slave_1": RadioLink(0.1, 0.2, duplicate_probability=0.25, in_order=False)}, 3)
+    fates = [radio.first_attempt("slave_1", float(i)) for i in range(2000)]
+    copies = [(fate.arrival, fate.duplicate) for fate in fates if fate.duplicate is not None]
+    assert len(copies) == pytest.approx(500, abs=80)
+    assert all(first != second for first, second in copies)
+
+
+@pytest.mark.parametrize(("fails", "arrives", "answered"), [("to_slave", False, True), ("from_slave", True, False)])
+def test_one_direction_may_be_dead(fails: str, arrives: bool, answered: bool) -> None:
+    radio = Radio({"slave_1": RadioLink(0.5, fails=fails)}, 0)
+    assert (radio.send("slave_1", 1.0) is not None) is arrives
+    assert (radio.acknowledge("slave_1", 0, 0, 0, 2.0) is not None) is answered
+    assert not radio.status()["slave_1"].connected
 
 
 def test_an_unknown_slave_is_refused() -> None:

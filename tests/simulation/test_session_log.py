@@ -25,7 +25,7 @@ from tests.simulation.session_cases import (
 def test_a_log_begins_with_every_link_and_every_brake_released() -> None:
     session = Session(scenario(radio=JITTERY))
     assert session.take_log().entries == (
-        *(TimedRequest(0, RadioLinkChange(slave, 0.3, 0.5, 0.2, True)) for slave in SLAVES),
+        *(TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in JITTERY.items()),
         *(kind(0, name, 0.0) for name in ("master", *SLAVES) for kind in (AppliedBrake, Effort)),
     )
     assert session.take_log().entries == ()
