@@ -14,8 +14,9 @@ from haul_ros.scenario.document import Document
 from haul_ros.scenario.formation import consist
 from haul_ros.scenario.initial_state import initial_state
 from haul_ros.scenario.line import forget_line, take_over_line
-from haul_ros.scenario.operation import check_time_step, commands, driver, radio_links, time_grid, track
+from haul_ros.scenario.operation import check_time_step, commands, driver, time_grid, track
 from haul_ros.scenario.overrides import alters_entry, apply
+from haul_ros.scenario.radio import radio_links
 from haul_ros.scenario.schema import SCENARIO, check, fill_defaults
 from haul_ros.scenario.yaml_file import check_values, dump_yaml, parse_yaml, read_yaml
 from haul_ros.units import kmh_to_mps

@@ -1,20 +1,19 @@
-"""Line, radio links, commands and time grid from a checked document."""
+"""Line, commands and time grid from a checked document."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from haul_ros.model.command import Command, CommandKind
-from haul_ros.model.consist import MASTER, Consist
+from haul_ros.model.consist import Consist
 from haul_ros.model.driver import CyclicBraking, DriverPlan
-from haul_ros.model.radio import RadioLink
-from haul_ros.model.request import TimedRequest
+from haul_ros.model.request import Request, TimedRequest
 from haul_ros.model.track import Track
 from haul_ros.physics.stiffness import largest_time_step
 from haul_ros.scenario.document import Document, KeyPath
+from haul_ros.scenario.radio import link_change
 from haul_ros.units import kmh_to_mps, seconds_to_ns
 
 SHORTEST_RAMP = 1.0
@@ -83,35 +82,10 @@ def _curves(document: Document, entries: list[dict[str, Any]]) -> tuple[tuple[fl
     return tuple(steps)
 
 
-def _link(entry: dict[str, Any], base: RadioLink) -> RadioLink:
-    return replace(
-        base,
-        delay=float(entry.get("delay_s", base.delay)),
-        jitter=float(entry.get("jitter_s", base.jitter)),
-        loss_probability=float(entry.get("loss_probability", base.loss_probability)),
-        connected=entry.get("connected", base.connected),
-    )
-
-
-def radio_links(document: Document, train: Consist) -> dict[str, RadioLink]:
-    """One link per slave: the default with what is given for that slave.
-
-    Raises
-    ------
-    ScenarioError
-        A link to a slave that the train does not have.
-    """
-    entry = document.data["radio"]
-    slaves = [loco.name for loco in train.locomotives if loco.name != MASTER]
-    for key in entry:
-        if key.startswith("slave_") and key not in slaves:
-            raise document.error(("radio", key), f"no such locomotive, slaves: {', '.join(slaves) or 'none'}")
-    base = _link(entry["default"], RadioLink())
-    return {name: _link(entry.get(name, {}), base) for name in slaves}
-
-
-def _command(document: Document, path: KeyPath, train: Consist) -> Command:
+def _request(document: Document, path: KeyPath, train: Consist) -> Request:
     entry = document.at(path)
+    if "link" in entry:
+        return link_change(document, path, train)
     locomotive = train.locomotive(entry["locomotive"])
     if locomotive is None:
         names = ", ".join(loco.name for loco in train.locomotives)
@@ -175,15 +149,15 @@ def _cyclic(document: Document, entry: dict[str, Any] | None) -> CyclicBraking |
 
 
 def commands(document: Document, train: Consist) -> tuple[TimedRequest, ...]:
-    """The timed commands, in order of time.
+    """The timed commands and changes of radio links, in order of time.
 
     Raises
     ------
     ScenarioError
-        A locomotive that the train does not have, or more traction or electric brake than it has.
+        A locomotive that the train does not have, more traction or electric brake than it has, or no change of a link.
     """
     timed = [
-        TimedRequest(seconds_to_ns(entry["at_s"]), _command(document, ("commands", index), train))
+        TimedRequest(seconds_to_ns(entry["at_s"]), _request(document, ("commands", index), train))
         for index, entry in enumerate(document.data["commands"])
     ]
     return tuple(sorted(timed, key=lambda command: command.time_ns))

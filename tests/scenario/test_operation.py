@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import fields
 
 import pytest
 
 from haul_ros.errors import ScenarioError
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario.loader import load_scenario_text
@@ -180,3 +182,89 @@ def test_a_build_up_that_cannot_be_is_refused(load: Load, build_up: str, expecte
     with pytest.raises(ScenarioError) as caught:
         load(BRAKES.replace("BUILD_UP", build_up))
     assert expected in str(caught.value)
+
+
+def test_a_link_has_all_that_the_scenario_says(load: Load) -> None:
+    link = load(
+        "radio:",
+        "  default:",
+        "    {jitter_law: gamma, jitter_shape: 3, retries: 2, retry_interval_s: 1, tunnels: [{from_m: 5, to_m: 9}]}",
+        "  slave_1:",
+        "    {outages: [{from_s: 1, to_s: 2}, {from_s: 2, to_s: 3}], in_order: false, fails: from_slave,",
+        "     duplicate_probability: 0.5, burst_length_s: 2, burst_spacing_s: 30, burst_loss_probability: 0.75,",
+        "     heartbeat_s: 1, link_timeout_s: 5, link_lost: apply, jitter_quantiles: [0, 1, 4]}",
+    ).radio["slave_1"]
+    assert link == RadioLink(
+        jitter_law="gamma",
+        jitter_shape=3.0,
+        retries=2,
+        retry_interval=1.0,
+        tunnels=((5.0, 9.0),),
+        outages=((1.0, 2.0), (2.0, 3.0)),
+        in_order=False,
+        fails="from_slave",
+        duplicate_probability=0.5,
+        burst_length=2.0,
+        burst_spacing=30.0,
+        burst_loss_probability=0.75,
+        heartbeat=1.0,
+        link_timeout=5.0,
+        link_lost="apply",
+        jitter_quantiles=(0.0, 1.0, 4.0),
+    )
+    assert all(type(getattr(link, f.name)) is type(f.default) for f in fields(RadioLink))
+
+
+def test_what_a_scenario_leaves_out_is_the_default_of_a_link(load: Load) -> None:
+    assert load("radio: {}").radio["slave_1"] == RadioLink()
+
+
+def test_changes_of_links_stand_among_the_commands(load: Load) -> None:
+    commands = load(
+        "commands:",
+        "  - {at_s: 9, link: slave_1, connected: false, delay_s: 2, retries: 3}",
+        "  - {at_s: 5, locomotive: slave_1, brake: 0.5}",
+    ).commands
+    assert commands[1] == TimedRequest(9 * 10**9, RadioLinkChange("slave_1", delay=2.0, connected=False, retries=3))
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            "radio: {default: {jitter_law: cauchy}}",
+            "jitter_law = 'cauchy', must be uniform or exponential or normal or",
+        ),
+        ("radio: {default: {retries: 17}}", "radio.default.retries = 17, must be at most 16"),
+        ("radio: {default: {retry_interval_s: 0}}", "retry_interval_s = 0, must be at least 0.01"),
+        ("radio: {default: {fails: both}}", "fails = 'both', must be none or to_slave or from_slave"),
+        ("radio: {slave_1: {outages: [{from_s: 2, to_s: 2}]}}", "outages.0.to_s = 2, must be above from_s, 2"),
+        (
+            "radio: {slave_1: {tunnels: [{from_m: 0, to_m: 5}, {from_m: 4, to_m: 9}]}}",
+            "tunnels.1.from_m = 4, the one before ends at 5",
+        ),
+        ("radio: {slave_1: {jitter_quantiles: [1, 0]}}", "jitter_quantiles.1 = 0, must be at least that before, 1"),
+        (
+            "radio: {default: {link_timeout_s: 2}}",
+            "link_timeout_s = 2, must be above heartbeat_s, 0, which must be abo",
+        ),
+        ("radio: {default: {heartbeat_s: 2, link_timeout_s: 1}}", "link_timeout_s = 1, must be above heartbeat_s, 2"),
+        ("radio: {default: {heartbeat_s: 0.01}}", "heartbeat_s = 0.01, must be 0 or at least 0.1"),
+        ("radio: {slave_1: {link_lost: idle}}", "radio.slave_1: link_lost = 'idle' needs link_timeout_s above 0"),
+        ("commands: [{at_s: 0, link: slave_2, delay_s: 1}]", "commands.0.link = 'slave_2', must be one of slave_1"),
+        ("commands: [{at_s: 0, link: slave_1}]", "commands.0: link needs beside it what changes: delay_s, jitter_s, "),
+        (
+            "commands: [{at_s: 0, link: slave_1, brake: 1}]",
+            "commands.0: needs one of emergency, brake, traction_kN, ele",
+        ),
+        ("commands: [{at_s: 0, locomotive: master, brake: 1, delay_s: 1}]", "commands.0: delay_s needs link beside it"),
+        ("commands: [{at_s: 0, brake: 1}]", "commands.0: brake needs locomotive beside it"),
+        ("commands: [{at_s: 0, link: slave_1, locomotive: master, delay_s: 1}]", "must not stand beside link"),
+        ("commands: [{at_s: 0, link: slave_1, outages: []}]", "commands.0.outages: unknown key"),
+    ],
+)
+def test_a_link_that_cannot_be_is_refused_in_one_line(load: Load, line: str, message: str) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        load(line)
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)
