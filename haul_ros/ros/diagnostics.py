@@ -80,6 +80,10 @@ def _radio(report: RunReport) -> DiagnosticStatus:
             f"{slave} delay [s]": link.delay,
             f"{slave} sent": link.sent,
             f"{slave} lost": link.lost,
+            f"{slave} retried": link.retried,
+            f"{slave} given up": link.given_up,
+            f"{slave} duplicates": link.duplicates,
+            f"{slave} out of order": link.out_of_order,
         }
     cut = [slave for slave, link in links.items() if not link.connected]
     return _status(WARN if cut else OK, "radio", f"no link to {', '.join(cut)}" if cut else "all links up", values)

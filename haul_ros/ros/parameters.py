@@ -12,7 +12,14 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
 from haul_ros.errors import HaulError
-from haul_ros.model.radio import LONGEST_DELAY, RadioLinkChange
+from haul_ros.model.radio import (
+    FAILURES,
+    JITTER_LAWS,
+    LONGEST_DELAY,
+    MOST_RETRIES,
+    SHORTEST_RETRY_INTERVAL,
+    RadioLinkChange,
+)
 from haul_ros.model.scenario import Scenario
 from haul_ros.units import kmh_to_mps, mps_to_kmh
 
@@ -190,7 +197,7 @@ _LINK_ROWS = (
     ParameterRow(
         "jitter",
         float,
-        "largest random addition to the delay, from the next command on",
+        "of the random addition to the delay, from the next command on: the largest, or as jitter_law says",
         unit="s",
         minimum=0.0,
         maximum=LONGEST_DELAY,
@@ -212,6 +219,88 @@ _LINK_ROWS = (
         "whether anything arrives over this link, from the next command on",
         read_only=False,
         scenario_key="connected",
+    ),
+    ParameterRow(
+        "jitter_law",
+        str,
+        "distribution of the random addition to the delay, jitter being its largest value (uniform), mean "
+        "(exponential, gamma), standard deviation (normal) or unit (empirical, by the scenario's quantiles); "
+        "from the next command on",
+        choices=JITTER_LAWS,
+        read_only=False,
+        scenario_key="jitter_law",
+    ),
+    ParameterRow(
+        "retries",
+        int,
+        "how often a telegram is sent again that is not acknowledged; 0: there are no acknowledgements",
+        minimum=0,
+        maximum=MOST_RETRIES,
+        read_only=False,
+        scenario_key="retries",
+    ),
+    ParameterRow(
+        "retry_interval",
+        float,
+        "time from one attempt to the next, from the next attempt on",
+        unit="s",
+        minimum=SHORTEST_RETRY_INTERVAL,
+        maximum=LONGEST_DELAY,
+        read_only=False,
+        scenario_key="retry_interval_s",
+    ),
+    ParameterRow(
+        "duplicate_probability",
+        float,
+        "probability that a telegram that arrives does so twice, from the next command on",
+        minimum=0.0,
+        maximum=1.0,
+        read_only=False,
+        scenario_key="duplicate_probability",
+    ),
+    ParameterRow(
+        "in_order",
+        bool,
+        "whether telegrams keep their order; where one may overtake another, the older one is ignored",
+        read_only=False,
+        scenario_key="in_order",
+    ),
+    ParameterRow(
+        "fails",
+        str,
+        "direction of the link that is dead; from_slave: commands arrive, acknowledgements do not",
+        choices=FAILURES,
+        read_only=False,
+        scenario_key="fails",
+    ),
+    ParameterRow(
+        "burst_length",
+        float,
+        "mean length of bursts of losses; 0: none",
+        unit="s",
+        minimum=0.0,
+        maximum=LONGEST_DELAY,
+        read_only=False,
+        scenario_key="burst_length_s",
+    ),
+    ParameterRow(
+        "burst_spacing",
+        float,
+        "mean time between two bursts",
+        unit="s",
+        minimum=SHORTEST_RETRY_INTERVAL,
+        maximum=LONGEST_DELAY,
+        read_only=False,
+        scenario_key="burst_spacing_s",
+    ),
+    ParameterRow(
+        "burst_loss_probability",
+        float,
+        "probability that a telegram is lost in a burst",
+        minimum=0.0,
+        maximum=1.0,
+        read_only=False,
+        scenario_key="burst_loss_probability",
     ),
 )
 

@@ -171,10 +171,14 @@ class Observer:
         """From the start."""
         return self.call(Trigger, "reset", Trigger.Request())
 
-    def set_parameter(self, name: str, value: float | bool) -> Any:
+    def set_parameter(self, name: str, value: float | bool | str) -> Any:
         """The result of setting one parameter."""
         if isinstance(value, bool):
             typed = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=value)
+        elif isinstance(value, int):
+            typed = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=value)
+        elif isinstance(value, str):
+            typed = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=value)
         else:
             typed = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
         request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=typed)])

@@ -32,7 +32,7 @@ SESSION = SessionStatus(
         unconverged_steps=0,
         worst_residual=0.0,
     ),
-    radio={"slave_1": LinkStatus(connected=True, delay=0.5, sent=4, lost=1)},
+    radio={"slave_1": LinkStatus(True, 0.5, sent=4, lost=1, retried=5, given_up=2, duplicates=3, out_of_order=6)},
 )
 RECORDER = RecorderStatus(written=100, dropped=0, bytes=4096, failure=None)
 GOOD = RunReport(
@@ -66,6 +66,8 @@ def test_figures_come_with_their_units() -> None:
     assert values["Newton iterations mean"] == "1.250"
     assert values["slave_1 delay [s]"] == "0.5"
     assert (values["slave_1 sent"], values["slave_1 lost"]) == ("4", "1")
+    wrong = ("retried", "given up", "duplicates", "out of order")
+    assert [values[f"slave_1 {what}"] for what in wrong] == ["5", "2", "3", "6"]
     assert (values["written"], values["dropped"], values["bytes"]) == ("100", "0", "4096")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,8 @@ pytest.importorskip("rclpy")
 from mcap.reader import make_reader
 
 from haul_ros.analysis.replay import replay_and_compare
-from haul_ros.messages.cdr import decode_bool, decode_float64
+from haul_ros.messages.cdr import decode_bool, decode_float64, decode_int32, decode_string
+from haul_ros.messages.channels import BOOL, FLOAT64, INT32, STRING
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.radio import RadioLinkChange
@@ -34,6 +36,13 @@ COMMANDS = {
 }
 LINKS = {
     channel.topic: (slave, field) for field, by_slave in TABLE.radio.items() for slave, channel in by_slave.items()
+}
+
+LINK_VALUE: dict[str, Callable[[bytes], Any]] = {
+    BOOL: decode_bool,
+    FLOAT64: decode_float64,
+    INT32: decode_int32,
+    STRING: decode_string,
 }
 
 
@@ -66,8 +75,7 @@ def replay_differences(path: Path, chunk_of_steps: int) -> tuple[int, int]:
                 session.request(Command(locomotive, kind, float(decode(message.data))))
             elif channel.topic in LINKS:
                 slave, field = LINKS[channel.topic]
-                decode = decode_bool if field == "connected" else decode_float64
-                value: dict[str, Any] = {field: decode(message.data)}
+                value: dict[str, Any] = {field: LINK_VALUE[TABLE.radio[field][slave].msgtype](message.data)}
                 session.request(RadioLinkChange(slave, **value))
     return samples, differences
 
@@ -117,3 +125,69 @@ def test_a_recorded_live_run_is_repeated_exactly_whatever_its_pacing(
     assert changed == {"delay", "jitter", "loss_probability"}
     assert found.identical
     assert found.messages > 3 * samples
+
+
+def test_a_rough_link_is_repeated_exactly_with_every_change_of_it_and_tells_of_itself_on_topics(
+    start_node: Callable[..., LiveNode], observer: Observer
+) -> None:
+    node = start_node(
+        record_path="run.mcap",
+        real_time_factor=4.0,
+        radio__slave_1__retries=16,
+        radio__slave_1__retry_interval=0.1,
+        radio__slave_1__loss_probability=0.4,
+        radio__slave_2__in_order=False,
+        radio__slave_2__jitter=1.5,
+        radio__slave_2__jitter_law="exponential",
+        radio__slave_3__duplicate_probability=1.0,
+    )
+    applied = {slave: observer.watch_typed(channel) for slave, channel in TABLE.applied_brake.items()}
+    law = observer.watch_typed(TABLE.radio["jitter_law"]["slave_2"])
+    observer.wait_until(lambda: bool(law) and law[-1].data == "exponential", "the law of slave_2")
+
+    def applies(slave: str, demand: float) -> bool:
+        return bool(applied[slave]) and applied[slave][-1].data == demand
+
+    def brake(demand: float) -> None:
+        observer.send("master", CommandKind.BRAKE, demand)
+        for slave in ("slave_1", "slave_3"):
+            observer.wait_until(partial(applies, slave, demand), f"{demand} at {slave}")
+
+    for demand in (0.1, 0.2, 0.3, 0.4):
+        brake(demand)
+    changes: dict[str, Any] = {
+        "slave_1.fails": "from_slave",
+        "slave_1.retries": 8,
+        "slave_1.retry_interval": 0.05,
+        "slave_2.jitter_law": "gamma",
+        "slave_2.in_order": True,
+        "slave_3.duplicate_probability": 0.5,
+        "slave_3.burst_length": 0.5,
+        "slave_3.burst_spacing": 0.5,
+        "slave_3.burst_loss_probability": 0.25,
+        "slave_3.retries": 16,
+    }
+    for name, value in changes.items():
+        assert observer.set_parameter(f"radio.{name}", value).successful
+    observer.wait_until(lambda: law[-1].data == "gamma", "the new law of slave_2")
+    for demand in (0.5, 0.6, 0.7):
+        brake(demand)
+    assert not observer.set_parameter("radio.slave_1.retries", 17).successful
+    assert not observer.set_parameter("radio.slave_1.jitter_law", "cauchy").successful
+    assert node.end() == 0
+
+    for chunk_of_steps in (1_000_000, 7):
+        samples, differences = replay_differences(node.folder / "run.mcap", chunk_of_steps)
+        assert samples > 10
+        assert differences == 0
+    with Recording(node.folder / "run.mcap") as recording:
+        asked = [t.request for t in recording.requests() if isinstance(t.request, RadioLinkChange)]
+        events = " ".join(event.text for event in recording.events())
+        retries = recording.scalars("slave_1/radio_retries").values.tolist()
+        assert replay_and_compare(recording).identical
+    assert {(f"{change.slave}.{field}", value) for change in asked for field, value in change.values().items()} == set(
+        changes.items()
+    )
+    assert retries == [16.0, 8.0]
+    for what in ("slave_1: sent again", "slave_1: acknowledgement lost", "slave_3: duplicate ignored"):
+        assert what in events

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
 pytest.importorskip("rclpy")
 
+from haul_ros.model.radio import CHANGEABLE
 from haul_ros.ros.parameters import (
     ParameterError,
     check_given,
@@ -24,10 +26,14 @@ def test_every_parameter_is_described_with_unit_range_and_read_only_where_it_is_
     assert descriptors["dt"].description.endswith("[s]")
     assert descriptors["dt"].read_only
     assert not descriptors["real_time_factor"].read_only
-    for field in ("delay", "jitter", "loss_probability", "connected"):
+    for field in CHANGEABLE:
         assert not descriptors[f"radio.slave_1.{field}"].read_only
     limits = descriptors["radio.slave_1.loss_probability"].floating_point_range[0]
     assert (limits.from_value, limits.to_value) == (0.0, 1.0)
+    retries = descriptors["radio.slave_1.retries"].integer_range[0]
+    assert (retries.from_value, retries.to_value) == (0, 16)
+    assert "gamma" in descriptors["radio.slave_1.jitter_law"].additional_constraints
+    assert descriptors["radio.slave_1.burst_length"].description.endswith("[s]")
     assert "zstd" in descriptors["record_compression"].additional_constraints
 
 
@@ -51,6 +57,12 @@ def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
         ("publish_clock", 1, r"parameter publish_clock = 1, must be true or false"),
         ("record_compression", "gzip", r"parameter record_compression = 'gzip', must be one of zstd, lz4, none"),
         ("radio.slave_1.loss_probability", 1.5, r"parameter radio.slave_1.loss_probability = 1.5, must be 0 to 1"),
+        ("radio.slave_1.retries", 17, r"parameter radio.slave_1.retries = 17, must be 0 to 16"),
+        ("radio.slave_1.retries", 1.5, r"parameter radio.slave_1.retries = 1.5, must be a whole number"),
+        ("radio.slave_1.retry_interval", 0.0, r"radio.slave_1.retry_interval = 0.0, must be 0.01 to 3600 s"),
+        ("radio.slave_1.duplicate_probability", -0.1, r"duplicate_probability = -0.1, must be 0 to 1"),
+        ("radio.slave_1.jitter_law", "cauchy", r"jitter_law = 'cauchy', must be one of uniform, exponential, normal"),
+        ("radio.slave_1.fails", "both", r"radio.slave_1.fails = 'both', must be one of none, to_slave, from_slave"),
         ("scenaro", "x", r"parameter scenaro is unknown; did you mean scenario\?"),
         ("radio.slave_1.dely", 1.0, r"parameter radio.slave_1.dely is unknown; did you mean radio.slave_1.delay\?"),
         ("zzz", 1.0, r"parameter zzz is unknown; there are scenario, dt, "),
@@ -76,9 +88,19 @@ def test_parameters_override_the_scenario_in_its_own_units() -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("delay", 0.5), ("jitter", 0.25), ("loss_probability", 0.125), ("connected", False)]
+    ("field", "value"),
+    [
+        ("delay", 0.5),
+        ("jitter", 0.25),
+        ("loss_probability", 0.125),
+        ("connected", False),
+        ("jitter_law", "gamma"),
+        ("retries", 3),
+        ("in_order", False),
+        ("fails", "to_slave"),
+    ],
 )
-def test_a_parameter_of_a_radio_link_is_a_change_of_that_field_alone(field: str, value: float) -> None:
+def test_a_parameter_of_a_radio_link_is_a_change_of_that_field_alone(field: str, value: Any) -> None:
     row = parameter_rows(["slave_1", "slave_2"])[f"radio.slave_2.{field}"]
     change = row.link_change(value)
     assert change is not None
@@ -104,6 +126,7 @@ def test_what_was_not_given_has_the_value_of_the_scenario() -> None:
     assert values["initial_speed"] == pytest.approx(80 / 3.6)
     assert values["radio.slave_3.delay"] == 2.0
     assert values["radio.slave_1.connected"] is True
+    assert (values["radio.slave_1.retries"], values["radio.slave_1.jitter_law"]) == (0, "uniform")
     assert values["record_path"] == "run.mcap"
     assert values["real_time_factor"] == 1.0
     assert set(values) == set(parameter_rows(["slave_1", "slave_2", "slave_3"]))
