@@ -18,6 +18,7 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import VehicleSeries
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.overspeed import Overspeeds, OverspeedWatch
+from haul_ros.simulation.radio import LinkStatus
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S
 
@@ -45,8 +46,9 @@ class RunSummary:
     ``duration`` [s] is what was simulated; ``stop_time`` [s] is when the last vehicle came to rest,
     None if the train was moving at the end, then with ``final_speed`` [m/s]; ``distance`` [m] is
     what the head travelled. Peaks are taken at every time step, None where no coupler bore any.
-    ``stop_time_resolution`` [s] is how exactly the stop time is known. A recording has no
-    ``energy`` and no ``solver`` (None). ``overspeeds``: speed over the limits of the line, in the samples.
+    ``stop_time_resolution`` [s] is how exactly the stop time is known. ``radio`` has what went over
+    each link, by slave. A recording has no ``energy``, no ``solver`` and no ``radio`` (None).
+    ``overspeeds``: speed over the limits of the line, in the samples.
     ``real_time_factor`` is simulated over wall time, None if it was not measured.
     """
 
@@ -71,6 +73,7 @@ class RunSummary:
     energy: EnergyBalance | None
     solver: StepStatistics | None
     real_time_factor: float | None
+    radio: Mapping[str, LinkStatus] | None
     caveats: tuple[str, ...]
 
     @property
@@ -109,6 +112,7 @@ def summarize_session(session: Session, wall_time: float | None = None) -> RunSu
         energy=session.energy(),
         solver=session.status().solver,
         real_time_factor=session.time / wall_time if wall_time else None,
+        radio=session.status().radio,
     )
 
 
@@ -153,6 +157,7 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
         energy=None,
         solver=None,
         real_time_factor=None,
+        radio=None,
     )
 
 
@@ -201,6 +206,7 @@ def _summary(
     energy: EnergyBalance | None,
     solver: StepStatistics | None,
     real_time_factor: float | None,
+    radio: Mapping[str, LinkStatus] | None,
 ) -> RunSummary:
     consist = scenario.consist
     return RunSummary(
@@ -225,5 +231,6 @@ def _summary(
         energy=energy,
         solver=solver,
         real_time_factor=real_time_factor,
+        radio=radio,
         caveats=scenario.caveats,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from haul_ros.analysis.summary import CouplerPeak, RunSummary
@@ -11,6 +11,7 @@ from haul_ros.errors import one_line
 from haul_ros.physics.energy import EnergyBalance
 from haul_ros.physics.train_model import StepStatistics
 from haul_ros.simulation.overspeed import Overspeed
+from haul_ros.simulation.radio import LinkStatus
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
 _Number = tuple[str, Callable[[RunSummary], float | None]]
@@ -50,6 +51,8 @@ def summary_lines(summary: RunSummary) -> list[str]:
         entries.append(("energy", _energy(summary.energy)))
     if summary.solver:
         entries.append(("Newton", _newton(summary.solver)))
+    if summary.radio:
+        entries += [("radio", text) for slave, link in summary.radio.items() if (text := _radio(slave, link))]
     if summary.real_time_factor is not None:
         entries.append(("speed", f"{summary.real_time_factor:.0f} x real time"))
     entries += caveat_entries(summary.caveats)
@@ -106,6 +109,7 @@ def summary_json(summary: RunSummary) -> dict[str, Any]:
         "largest_overspeed": _overspeed_json(worst) if (worst := summary.overspeeds.worst) else None,
         "energy": _energy_json(summary.energy) if summary.energy else None,
         "newton": _newton_json(summary.solver) if summary.solver else None,
+        "radio": _radio_json(summary.radio) if summary.radio is not None else None,
         "real_time_factor": summary.real_time_factor,
         "caveats": list(summary.caveats),
         "warnings": warnings(summary),
@@ -166,6 +170,29 @@ def _newton(solver: StepStatistics) -> str:
     iterations = f"{solver.newton_iterations_mean:.2f} iterations a step, at most {solver.newton_iterations_max}"
     divided = f"{solver.divided_steps + solver.fallback_steps} of {solver.steps} steps divided"
     return f"{iterations}; {divided}, {solver.unconverged_steps} unconverged"
+
+
+def _failures(link: LinkStatus) -> dict[str, int]:
+    return {
+        "lost": link.lost,
+        "sent again": link.retried,
+        "given up": link.given_up,
+        "duplicates ignored": link.duplicates,
+        "out of order": link.out_of_order,
+    }
+
+
+def _radio(slave: str, link: LinkStatus) -> str:
+    """What went wrong on a link; empty: nothing."""
+    wrong = [f"{count} {what}" for what, count in _failures(link).items() if count]
+    return f"{slave}: {link.sent} telegrams, {', '.join(wrong)}" if wrong else ""
+
+
+def _radio_json(links: Mapping[str, LinkStatus]) -> dict[str, dict[str, int]]:
+    return {
+        slave: {"sent": link.sent} | {what.replace(" ", "_"): count for what, count in _failures(link).items()}
+        for slave, link in links.items()
+    }
 
 
 def _peak_json(name: str, unit: str, factor: float, peak: CouplerPeak | None) -> dict[str, Any]:

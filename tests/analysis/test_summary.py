@@ -81,7 +81,7 @@ def test_a_recording_gives_the_same_but_for_the_resolution_of_the_stop_and_what_
     for name in ("compression", "tension", "compression_stroke", "tension_stroke", "mass", "caveats", "description"):
         assert getattr(found, name) == getattr(expected, name)
     assert found.duration == pytest.approx(expected.duration)
-    assert (found.energy, found.solver, found.real_time_factor) == (None, None, None)
+    assert (found.energy, found.solver, found.real_time_factor, found.radio) == (None, None, None, None)
 
 
 def test_a_train_that_moves_at_the_end_has_no_stop_time_but_a_speed(scenario: Scenario) -> None:

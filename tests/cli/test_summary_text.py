@@ -9,6 +9,7 @@ import pytest
 from haul_ros.analysis.summary import RunSummary, summarize_session
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
 from haul_ros.scenario import load_scenario
+from haul_ros.simulation.radio import LinkStatus
 from haul_ros.simulation.session import Session
 
 if TYPE_CHECKING:
@@ -62,3 +63,23 @@ def test_every_standing_has_a_line_with_the_entries_it_holds_for(summary: RunSum
     assert "  fitted values in   vehicles.C80, couplers.x" in lines
     assert "  overridden values in vehicles.C80" in lines
     assert not any("assumed" in line for line in lines)
+
+
+def test_what_went_wrong_on_a_radio_link_has_a_line_and_what_did_not_has_none(summary: RunSummary) -> None:
+    assert not any("radio" in line for line in summary_lines(summary))
+    links = {
+        "slave_1": LinkStatus(True, 0.5, sent=7, lost=0),
+        "slave_2": LinkStatus(True, 0.5, sent=7, lost=3, retried=4, duplicates=2),
+    }
+    found = replace(summary, radio=links)
+    lines = [line for line in summary_lines(found) if "radio" in line]
+    assert lines == [f"  {'radio':18} slave_2: 7 telegrams, 3 lost, 4 sent again, 2 duplicates ignored"]
+    assert summary_json(found)["radio"]["slave_2"] == {
+        "sent": 7,
+        "lost": 3,
+        "sent_again": 4,
+        "given_up": 0,
+        "duplicates_ignored": 2,
+        "out_of_order": 0,
+    }
+    assert summary_json(replace(summary, radio=None))["radio"] is None
