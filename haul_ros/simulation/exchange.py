@@ -77,6 +77,11 @@ class Exchange:
         """How many telegrams are to arrive or to be acknowledged."""
         return len(self._telegrams)
 
+    @property
+    def pending(self) -> bool:
+        """Whether any telegram is to arrive, or may be sent again."""
+        return self._telegrams.pending
+
     def link(self, slave: str) -> RadioLink:
         """The link to a slave."""
         return self._radio.link(slave)
@@ -125,7 +130,8 @@ class Exchange:
         due += [self._next_look] if self._outage else []
         if (next_time := self._heartbeats.next_time) < math.inf:
             due.append(math.ceil(next_time / self._time_step - ROUNDING))
-        return min((found for found in due if found is not None), default=step + 2**62)
+        # Rounding must not make a step of what was done at the present one: the train would never go on.
+        return max(step + 1, min((found for found in due if found is not None), default=step + 2**62))
 
     def carry_out_due(self, step: int, time: float) -> None:
         """Let happen what is due at a time step and its time [s]."""

@@ -137,7 +137,7 @@ class Session:
         A train that stands at the start is held only if it has not moved after the first period.
         """
         driven = self._driver is not None and self.steps_left > 0  # may set a standing train in motion again
-        coming = driven or bool(self._timed or self._exchange.under_way)
+        coming = driven or bool(self._timed) or self._exchange.pending
         waiting = coming or not self._model.brakes_settled or self.step == 0
         return (self.at_standstill and not waiting) or self.steps_left == 0
 

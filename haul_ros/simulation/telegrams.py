@@ -83,6 +83,11 @@ class Telegrams:
         return len(self._due)
 
     @property
+    def pending(self) -> bool:
+        """Whether any is to arrive, or may be sent again: one that is acknowledged will not."""
+        return any(due.copy is not None or due.telegram.answered > due.time for due in self._due)
+
+    @property
     def next_step(self) -> int | None:
         """The time step at which something becomes of one of them; None: nothing is under way."""
         return self._due[0].step if self._due else None

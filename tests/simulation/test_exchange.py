@@ -147,7 +147,6 @@ def test_commands_count_as_heard_and_status_telegrams_change_no_luck() -> None:
     assert_same(logs[0][1], logs[1][1])
     deaf = replace(plain, loss_probability=0.0, heartbeat=20.0, link_timeout=21.0)
     session = Session(with_link(deaf, (15.0, brake(0.1))), play_commands=True)
-    assert session._exchange.next_step(0) == 0
     radio_events(session, 22.0)
     assert session._exchange._heartbeats.lost("slave_2") is False
 
@@ -233,3 +232,29 @@ def test_a_link_that_is_down_from_the_start_lets_the_pipe_end_traction() -> None
     vehicle = session._vehicles["slave_1"]
     assert session._model._train.vehicles.link_down[vehicle] == 1.0
     assert session._model._train.vehicles.link_down[session._vehicles["slave_2"]] == 0.0
+
+
+def test_a_run_waits_for_retries_and_not_for_what_has_been_acknowledged() -> None:
+    answered, silent = (
+        Session(
+            replace(
+                with_link(RadioLink(retries=1, retry_interval=100.0, fails=fails)), initial_speed=0.0, max_duration=1e3
+            )
+        )
+        for fails in ("none", "from_slave")
+    )
+    for session in (answered, silent):
+        session.request(brake(0.0))
+        while not session.finished:
+            session.advance()
+    assert answered.time < 1.0
+    assert silent.time == pytest.approx(200.0, abs=2 * PERIOD)
+    assert silent.status().radio["slave_2"].given_up == 1
+
+
+def test_status_telegrams_heard_at_any_fraction_of_a_step_let_the_train_go_on() -> None:
+    session = Session(with_link(RadioLink(delay=0.1 + 1e-9, heartbeat=0.1, link_timeout=0.25)))
+    for fraction in (0.9999990, 0.99999900001, 1.0, 1.0000009999, 1.000001, 1.0000010001):
+        session._exchange._heartbeats.heard("slave_2", (session.step + 2 + fraction) * SMALL.time_step)
+        session.advance(5)
+    assert session.step == 30
