@@ -258,3 +258,16 @@ def test_status_telegrams_heard_at_any_fraction_of_a_step_let_the_train_go_on() 
         session._exchange._heartbeats.heard("slave_2", (session.step + 2 + fraction) * SMALL.time_step)
         session.advance(5)
     assert session.step == 30
+
+
+def test_a_slave_that_hears_nothing_listens_to_its_pipe_until_it_hears_something() -> None:
+    session = Session(with_link(RadioLink(loss_probability=1.0, heartbeat=0.1, link_timeout=0.25)))
+    vehicle, down = session._vehicles["slave_2"], session._model._train.vehicles.link_down
+    session.advance(240)
+    assert down[vehicle] == 0.0
+    session.advance(20)
+    assert down[vehicle] == 1.0
+    session.request(RadioLinkChange("slave_2", loss_probability=0.0))
+    assert down[vehicle] == 1.0
+    session.advance(100)
+    assert down[vehicle] == 0.0
