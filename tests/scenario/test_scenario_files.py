@@ -27,6 +27,7 @@ FORMATIONS = {
     "daqin_1_2_1_realistic": (208, 0, 4),
     "daqin_1_2_1_rigid_pairs": (208, 102, 4),
     "daqin_1_2_1_set_a": (208, 0, 4),
+    "daqin_descent": (206, 0, 2),
     "daqin_4x5000": (208, 0, 4),
     "daqin_4x5000_realistic": (208, 0, 4),
     "uic_freight": (28, 0, 1),
@@ -36,6 +37,7 @@ FORMATIONS = {
 # initial speed [km/h] and command of those that do not begin with an emergency from 80 km/h
 STARTS = {
     "aar_unit_train": (72.0, TimedRequest(10**9, Command("master", CommandKind.EMERGENCY, 1.0))),
+    "daqin_descent": (60.0, None),
     "uic_freight": (80.0, TimedRequest(10**9, Command("master", CommandKind.BRAKE, 1.0))),
     "validation_ss3_c63": (63.7, TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0))),
 }
@@ -76,7 +78,7 @@ def test_a_shipped_scenario_has_its_formation(name: str) -> None:
     assert len(scenario.consist.locomotives) == locomotives
     speed, command = STARTS.get(name, (80.0, TimedRequest(0, Command("master", CommandKind.EMERGENCY, 1.0))))
     assert mps_to_kmh(scenario.initial_speed) == pytest.approx(speed)
-    assert scenario.commands == (command,)
+    assert scenario.commands == (() if command is None else (command,))
 
 
 @pytest.mark.parametrize("name", FORMATIONS)
