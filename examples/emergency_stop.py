@@ -123,7 +123,7 @@ def main() -> None:
     for slave, delay in RADIO_DELAY_S.items():
         command += ["--param", f"radio.{slave}.delay:={delay}"]
     print(">", " ".join(command))
-    print("  (the first start compiles the model, about 20 s)", flush=True)
+    print("  (the first start compiles the model, half a minute or more)", flush=True)
     with log.open("w") as output:
         node_process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
     rclpy.init()

@@ -44,7 +44,7 @@ Floats = NDArray[np.float64]
 
 COMPILING = (
     "compiling the model, once after an installation or if what is kept of it is damaged; "
-    "takes some 20 s, to a minute or more on a busy machine"
+    "takes half a minute, to two on a busy machine"
 )
 """What users are told then."""
 

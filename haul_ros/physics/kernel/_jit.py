@@ -72,7 +72,7 @@ def _seal(compiled: Any) -> None:
 def is_cached(function: Any) -> bool:
     """Whether the machine code of an entry is at hand and whole; else its first call has to make it.
 
-    That takes some 20 s, more on a busy machine.
+    That takes half a minute, more on a busy machine.
 
     Interpreted there is nothing to make.
     """
