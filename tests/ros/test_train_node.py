@@ -146,6 +146,7 @@ def test_who_subscribes_late_gets_the_applied_brake_and_the_state_of_the_radio(
 def test_a_radio_delay_set_while_running_acts_on_the_next_command(start_node: StartNode, observer: Observer) -> None:
     node = start_node(record_path="run.mcap", real_time_factor=5.0, radio__slave_1__delay=0.5)
     applied = observer.watch_typed(TABLE.applied_brake["slave_1"])
+    events = observer.watch_typed(TABLE.events)
 
     def send_and_wait(demand: float) -> None:
         observer.send("slave_1", BRAKE, demand)
@@ -156,7 +157,7 @@ def test_a_radio_delay_set_while_running_acts_on_the_next_command(start_node: St
     send_and_wait(0.6)
     assert observer.set_parameter("radio.slave_1.connected", False).successful
     observer.send("slave_1", BRAKE, 0.9)
-    Couplers(observer).wait_for_time(10 * SECOND)
+    observer.wait_until(lambda: any("telegram lost: brake 0.9" in e.msg for e in events), "the telegram that is lost")
     assert node.end() == 0
 
     with Recording(node.folder / "run.mcap") as recording:
