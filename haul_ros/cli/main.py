@@ -36,7 +36,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_closed_streams()
     arguments = _parse(sys.argv[1:] if argv is None else argv)
+    os.environ["MPLBACKEND"] = "agg"  # pictures go into files, and the one asked for may not exist
     try:
+        _check_current_folder()
         # Only the module of the command asked for is imported: no numba to read a file, no rclpy but for the node
         status: int = resolve_name(arguments.execute)(arguments)
         sys.stdout.flush()
@@ -65,6 +67,13 @@ def _open_closed_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # its encoding may lack what a name holds
             stream.reconfigure(errors="backslashreplace")
+
+
+def _check_current_folder() -> None:
+    try:
+        Path.cwd()
+    except OSError as error:
+        raise HaulError("the current folder is gone, expected to be started in one that exists") from error
 
 
 def _give_up_output() -> None:

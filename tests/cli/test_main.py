@@ -154,3 +154,16 @@ def test_a_name_that_the_output_cannot_encode_is_escaped(tmp_path: Path, short_t
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(r"\xe9t\xe9: ")
+
+
+def test_a_current_folder_that_is_gone_is_a_mistake_of_one_line(tmp_path: Path) -> None:
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    run = f'rmdir "$PWD"; exec "{sys.executable}" -P -m haul_ros run daqin_1_1_0 -o run.mcap'
+    sources = str(Path(__file__).parents[2])
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [sources, os.environ.get("PYTHONPATH")]))}
+    done = subprocess.run(
+        ["/bin/sh", "-c", run], cwd=folder, env=environment, capture_output=True, text=True, timeout=60
+    )
+    expected = "haul: the current folder is gone, expected to be started in one that exists\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", expected)
