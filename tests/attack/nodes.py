@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
 import time
 from collections.abc import Iterator
@@ -40,6 +41,11 @@ _REAL_TIME = 0.95
 """Real-time factor of a node that keeps up."""
 _OWN_CORE = 1.2
 """Cores that a node in real time takes, flooded too, with what receives its messages here."""
+_CRASH_OF_FAST_DDS = re.compile(
+    r"Segmentation fault\n\nCurrent thread .*\n"  # the call where it was comes first
+    r".*rclpy/node\.py\", line \d+ in destroy_node\n"
+)
+"""Its shared memory is taken away under the thread that closes it, once everything of the node has been done."""
 
 
 class Live:
@@ -77,9 +83,11 @@ class Live:
             self.observer.receive_for(rng.uniform(0.0, 0.3))
 
     def end(self, number: int = signal.SIGTERM, status: int = 0) -> None:
-        """End the node; Found unless it ends as it should."""
+        """End the node; Found unless it ends as it should, or Fast DDS crashes in the way that is known of it."""
         ended = self.node.end(number)
-        if ended != status or "Traceback" in self.node.log:
+        if ended == -signal.SIGSEGV and _CRASH_OF_FAST_DDS.search(self.node.log):
+            print("the middleware crashed while the node was taken apart, which is known (docs/attack.md)", flush=True)
+        elif ended != status or "Traceback" in self.node.log:
             raise Found(f"{signal.Signals(number).name}: status {ended}: {self.node.log[-2000:]}")
 
     def check_recording(self) -> None:

@@ -44,7 +44,11 @@ class LiveNode:
             limits = (file_size_limit, file_size_limit)
             code = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, {limits}); {code}"
         sources = str(Path(haul_ros.__path__[0]).parent)
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [sources, os.getenv("PYTHONPATH")]))}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(filter(None, [sources, os.getenv("PYTHONPATH")])),
+            "PYTHONFAULTHANDLER": "1",  # a crash of compiled code tells in the log where it was
+        }
         with log.open("w") as stderr:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", code, *arguments], cwd=folder, env=environment, stderr=stderr
