@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,7 +41,8 @@ class Comparison:
 
     ``missing`` has how many messages by topic should be there and are not; the key "" stands for those of any topic
     that the recorder wrote and the file no longer has. ``dropped`` is what the recorder says (None: it did not end):
-    without a recorded command a replay may differ.
+    without a recorded command a replay may differ. What is compared was rounded before, to the resolutions in
+    ``rounding`` by quantity, but for the extremes.
     """
 
     messages: int
@@ -49,6 +50,7 @@ class Comparison:
     first: Difference | None
     missing: Mapping[str, int]
     dropped: int | None
+    rounding: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def identical(self) -> bool:
@@ -92,7 +94,8 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     if not messages:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.couplers.topic}: nothing was run")
     facts = recording.info()
-    return Comparison(messages, differing, first, _missing(facts, times, session), facts.dropped)
+    missing, rounding = _missing(facts, times, session), scenario.recording.rounding.resolutions()
+    return Comparison(messages, differing, first, missing, facts.dropped, rounding)
 
 
 def _by_topic(messages: Iterable[Message]) -> dict[str, Message]:
@@ -102,7 +105,7 @@ def _by_topic(messages: Iterable[Message]) -> dict[str, Message]:
 def _missing(facts: RecordingInfo, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
     """How many messages by topic are not there that the others, the rate of samples or the recorder tell of."""
     found = set().union(*times.values())
-    begin, period = min(found, default=0), session.steps_per_sample
+    begin, period = min(found, default=0), session.steps_per_sample * session.scenario.recording.every
     time_step = session.scenario.time_step
     first, last = (round(time_ns / NS_PER_S / time_step) for time_ns in (begin, facts.end_ns))
     steps = range(-(-first // period) * period, last + 1, period)  # no set of them: a time may be years away
@@ -135,7 +138,7 @@ def session_with_changes(recording: Recording, overrides: Mapping[str, object]) 
     """
     scenario = recorded_scenario(recording, overrides)
     end = recording.info().end_ns / NS_PER_S
-    room = (recording.count(recording.channels.couplers) + 1) / scenario.sample_rate + LONGEST_GAP
+    room = (recording.count(recording.channels.couplers) + 1) / scenario.record_rate + LONGEST_GAP
     if end > max(room, scenario.max_duration):
         raise RecordingError(f"{recording.path}: has too few couplers for {end:.3f} s, its times cannot be right")
     requests = recording.requests()

@@ -129,6 +129,10 @@ def recorded_scenario(recording: Recording, overrides: Mapping[str, object] | No
     locomotives = tuple(locomotive.name for locomotive in scenario.consist.locomotives)
     if (len(scenario.consist.vehicles), locomotives) != (facts.vehicles, facts.locomotives):
         raise RecordingError(f"{recording.path}: its scenario is of another train than its description of the run")
+    if scenario.recording != facts.plan:
+        raise RecordingError(
+            f"{recording.path}: its samples are recorded otherwise than its description of the run says"
+        )
     return load_scenario_text(recording.scenario_document, facts.scenario, overrides) if overrides else scenario
 
 
@@ -150,7 +154,7 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
         recording.last_extremes().extremes,
         duration=(journey.times_ns[1] - journey.times_ns[0]) / NS_PER_S,
         stop_time=None if journey.standing_since_ns is None else journey.standing_since_ns / NS_PER_S,
-        stop_time_resolution=1.0 / scenario.sample_rate,
+        stop_time_resolution=1.0 / scenario.record_rate,
         final_speed=journey.final_speed,
         distance=journey.chainage[1] - journey.chainage[0],
         overspeeds=journey.watch.found,

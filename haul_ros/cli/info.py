@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from typing import Any
 
-from haul_ros.cli.layout import file_size, lost_bytes, rows
+from haul_ros.cli.layout import file_size, lost_bytes, resolutions, rows
 from haul_ros.errors import RecordingError, one_line
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.reader import Recording
@@ -49,6 +49,7 @@ def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
                 ("scenario", one_line(f"{facts.scenario}: {facts.description}")),
                 ("train", f"{facts.vehicles} vehicles, {facts.couplers} couplers, {', '.join(facts.locomotives)}"),
                 ("time", f"{times}, time step {facts.time_step * 1e3:g} ms"),
+                *_samples(facts),
                 ("messages", f"{facts.messages}, {_completeness(facts)}"),
                 ("checksums", _checksums(checked, chunks)),
             ]
@@ -56,6 +57,16 @@ def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
         "topics",
         *(one_line(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}") for topic in facts.topics),
     ]
+
+
+def _samples(facts: RecordingInfo) -> list[tuple[str, str]]:
+    """How samples were recorded, if not as they came."""
+    told = []
+    if facts.plan.every > 1:
+        told.append(f"{facts.record_rate:g} a second, one in {facts.plan.every} of those published")
+    if rounding := facts.plan.rounding.resolutions():
+        told.append(f"rounded: {resolutions(rounding)}")
+    return [("samples", "; ".join(told))] if told else []
 
 
 def _trusted_lines(found: Survey) -> list[str]:
@@ -122,6 +133,9 @@ def _json(facts: RecordingInfo, checked: int, chunks: int) -> dict[str, Any]:
         "messages_dropped": facts.dropped,
         "messages_written": facts.written,
         "complete": facts.complete,
+        "record_rate_hz": facts.record_rate,
+        "record_every": facts.plan.every,
+        "rounding": facts.plan.rounding.resolutions(),
         "chunks": chunks,
         "chunks_checked": checked,
         "topics": [{"topic": t.topic, "type": t.msgtype, "messages": t.count} for t in facts.topics],

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+
+from haul_ros.model.recording_plan import UNITS
 
 _NAME_WIDTH = 18
 _STANDINGS = ("fitted", "assumed", "overridden")
@@ -25,6 +27,11 @@ def caveat_entries(caveats: Iterable[str]) -> list[tuple[str, str]]:
 def file_size(size: int) -> str:
     """A number of bytes with the fitting unit."""
     return f"{size / 1e6:.1f} MB" if size >= 1_000_000 else f"{size / 1e3:.1f} kB"
+
+
+def resolutions(rounding: Mapping[str, float]) -> str:
+    """To what the quantities of samples are rounded."""
+    return ", ".join(f"{name.replace('_', ' ')} to {value:.6g} {UNITS[name]}" for name, value in rounding.items())
 
 
 def lost_bytes(count: int, damage: str) -> str:

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from haul_ros.analysis.replay import Comparison, replay_and_compare, session_with_changes
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.cli.interrupt import interruption
+from haul_ros.cli.layout import resolutions
 from haul_ros.cli.progress import progress
 from haul_ros.cli.run import announce_compilation, exit_status, finishing, new_recorder, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
@@ -46,16 +47,18 @@ def _compare(arguments: argparse.Namespace, recording: Recording) -> int:
 
 
 def _lines(found: Comparison) -> list[str]:
-    missing = [f"missing: {count} messages of {topic or 'other topics'}" for topic, count in found.missing.items()]
+    notes = [f"missing: {count} messages of {topic or 'other topics'}" for topic, count in found.missing.items()]
+    if found.rounding:
+        notes.append(f"rounded before: {resolutions(found.rounding)}; extremes have all their bits")
     if found.first is None:
         same = f"{found.messages} messages of couplers, vehicles, cylinder pressure and extremes, bit for bit"
-        return [f"incomplete: the same are {same}" if missing else f"identical: {same}", *missing]
+        return [f"incomplete: the same are {same}" if found.missing else f"identical: {same}", *notes]
     first = found.first
     values = f"{first.quantity}: recorded {first.recorded!r}, replayed {first.replayed!r}"
     return [
         f"different: {found.differing} of {found.messages} messages",
         f"first at {first.time_ns / NS_PER_S:.3f} s in {first.topic}: {first.name} {values}",
-        *missing,
+        *notes,
     ]
 
 

@@ -26,10 +26,12 @@ from haul_ros.messages.quantities import (
     vehicle_arrays,
 )
 from haul_ros.messages.requests import RequestCodec
+from haul_ros.messages.rounding import rounded
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.log import AppliedBrake, Effort, LogEntry, PeriodLog
+from haul_ros.model.recording_plan import Rounding
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.model.scenario import Scenario
@@ -71,11 +73,22 @@ class DiagnosticStatus:
 
 
 class TelemetryEncoder:
-    """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive."""
+    """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive.
 
-    def __init__(self, consist: Consist, prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False) -> None:
+    Samples are rounded here, and nothing else is: requests, events, efforts and extremes have all their bits.
+    """
+
+    def __init__(
+        self,
+        consist: Consist,
+        prefix: str = DEFAULT_PREFIX,
+        *,
+        pneumatic: bool = False,
+        rounding: Rounding | None = None,
+    ) -> None:
         locomotives = [locomotive.name for locomotive in consist.locomotives]
         self.channels = channel_table(locomotives, prefix, pneumatic=pneumatic)
+        self._rounding = rounding or Rounding()
         self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
         self._vehicles = JointStateCodec(consist.vehicle_names)
@@ -84,7 +97,8 @@ class TelemetryEncoder:
     @classmethod
     def of(cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX) -> TelemetryEncoder:
         """The encoder of a scenario's train, with the topics that its brake has."""
-        return cls(scenario.consist, prefix, pneumatic=isinstance(scenario.brakes, PneumaticBrake))
+        pneumatic = isinstance(scenario.brakes, PneumaticBrake)
+        return cls(scenario.consist, prefix, pneumatic=pneumatic, rounding=scenario.recording.rounding)
 
     def messages(self, log: PeriodLog) -> list[Message]:
         """All messages of a log, in its order: entries, sample, extremes.
@@ -117,13 +131,14 @@ class TelemetryEncoder:
                 return [self._event(entry)]
 
     def sample(self, sample: Sample) -> tuple[Message, ...]:
-        """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and pressures.
+        """Couplers (stroke, stroke rate, force), vehicles (chainage, speed, brake force) and pressures, rounded.
 
         Raises
         ------
         ValueError
             An array of the sample has not the length of this train.
         """
+        sample = rounded(sample, self._rounding)
         time_ns, channels = sample.time_ns, self.channels
         couplers = self._couplers.encode(time_ns, *coupler_arrays(sample))
         vehicles = self._vehicles.encode(time_ns, *vehicle_arrays(sample))

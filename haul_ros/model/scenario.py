@@ -11,6 +11,7 @@ from haul_ros.model.consist import Consist
 from haul_ros.model.driver import DriverPlan
 from haul_ros.model.initial_state import InitialState
 from haul_ros.model.radio import RadioLink
+from haul_ros.model.recording_plan import RecordingPlan
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.track import Track
 
@@ -42,3 +43,14 @@ class Scenario:
     driver: DriverPlan | None = None
     caveats: tuple[str, ...] = ()
     initial_state: InitialState = field(default_factory=InitialState)
+    recording: RecordingPlan = field(default_factory=RecordingPlan)
+
+    @property
+    def steps_per_sample(self) -> int:
+        """Time steps from one published sample to the next."""
+        return round(1.0 / (self.sample_rate * self.time_step))
+
+    @property
+    def record_rate(self) -> float:
+        """Recorded samples a second of simulation [Hz]."""
+        return self.sample_rate / self.recording.every

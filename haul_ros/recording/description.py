@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 
 from haul_ros.messages.channels import ChannelTable, channel_table
+from haul_ros.model.recording_plan import RecordingPlan, Rounding
 
 MOST_VEHICLES = 2000
 """As in a scenario."""
@@ -28,7 +29,12 @@ _LENGTHS = {
     "topic_prefix": LONGEST_NAME,
     "compression": LONGEST_NAME,
     "locomotives": 20 * MOST_VEHICLES,
+    "record_rate": LONGEST_NAME,
+    "record_every": LONGEST_NAME,
+    "rounding": LONGEST_TEXT,
 }
+_OPTIONAL = {"record_rate", "record_every", "rounding"}
+"""Where samples are recorded as they are published, and with all their bits, nothing is said."""
 
 
 def check_form(description: Mapping[str, str]) -> None:
@@ -39,10 +45,10 @@ def check_form(description: Mapping[str, str]) -> None:
     ValueError
         An entry is missing or no such thing.
     """
+    for key in _LENGTHS.keys() - description.keys() - _OPTIONAL:
+        raise ValueError(f"description of the run: has no {key}")
     for key, longest in _LENGTHS.items():
-        if key not in description:
-            raise ValueError(f"description of the run: has no {key}")
-        if len(description[key]) > longest:
+        if len(description.get(key, "")) > longest:
             raise ValueError(f"description of the run: {key} of {len(description[key])} characters")
     if not _PREFIX.fullmatch(description["topic_prefix"]):
         raise _wrong(description, "topic_prefix", "a name such as /haul")
@@ -53,6 +59,9 @@ def check_form(description: Mapping[str, str]) -> None:
     if not _is_positive(description["time_step"]):
         raise _wrong(description, "time_step", "seconds")
     locomotive_names(description)
+    recording_plan(description)
+    if not _is_positive(description.get("record_rate", "1")):
+        raise _wrong(description, "record_rate", "samples a second")
     vehicles, couplers = (_count(description, key) for key in ("vehicles", "couplers"))
     if not 1 <= vehicles == couplers + 1 <= MOST_VEHICLES:
         raise _wrong(description, "couplers", "one less than vehicles")
@@ -69,6 +78,17 @@ def locomotive_names(description: Mapping[str, str]) -> list[str]:
     if len(set(names)) != len(names):
         raise _wrong(description, "locomotives", "different names")
     return names
+
+
+def recording_plan(description: Mapping[str, str]) -> RecordingPlan:
+    """How often and how exactly samples were recorded; ValueError: it is no such thing."""
+    if not _COUNT.fullmatch(every := description.get("record_every", "1")) or every == "0":
+        raise _wrong(description, "record_every", "a number above 0")
+    try:
+        resolutions = json.loads(description.get("rounding", "{}"))
+        return RecordingPlan(int(every), Rounding(**resolutions))
+    except (ValueError, TypeError, RecursionError):
+        raise _wrong(description, "rounding", "resolutions that are powers of two, by quantity") from None
 
 
 def described_channels(description: Mapping[str, str]) -> ChannelTable:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from haul_ros.model.recording_plan import RecordingPlan
 from haul_ros.units import NS_PER_S
 
 
@@ -23,7 +24,7 @@ class RecordingInfo:
 
     ``compression`` is that of the chunks; ``dropped`` is how many messages the recorder could not write
     (None: not known, it did not end), ``written`` how many it wrote (None: an older version); ``topics`` are sorted by
-    name.
+    name. Samples were recorded at ``record_rate`` [Hz] (None: all that were published), as ``plan`` says.
     """
 
     path: Path
@@ -42,6 +43,8 @@ class RecordingInfo:
     end_ns: int
     dropped: int | None
     written: int | None
+    record_rate: float | None = None
+    plan: RecordingPlan = field(default_factory=RecordingPlan)
 
     @property
     def duration(self) -> float:

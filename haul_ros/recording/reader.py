@@ -27,7 +27,7 @@ from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
-from haul_ros.recording.description import check_form, described_channels, locomotive_names
+from haul_ros.recording.description import check_form, described_channels, locomotive_names, recording_plan
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.integrity import (
     DROPPED,
@@ -141,6 +141,8 @@ class Recording:
                 end_ns=statistics.message_end_time,
                 dropped=message_count(self.metadata, DROPPED),
                 written=message_count(self.metadata, WRITTEN),
+                record_rate=float(self.metadata["record_rate"]) if "record_rate" in self.metadata else None,
+                plan=recording_plan(self.metadata),
             )
 
     def check_chunks(self, enough: Callable[[], bool] = lambda: False) -> tuple[int, int]:

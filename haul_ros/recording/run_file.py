@@ -19,6 +19,7 @@ from haul_ros.messages.cdr import typestore
 from haul_ros.messages.channels import Channel, ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.model.air_brake import PneumaticBrake
+from haul_ros.model.recording_plan import RecordingPlan
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
 from haul_ros.recording.integrity import CHECKSUM, DROPPED, WRITTEN, checksum_of
@@ -43,7 +44,11 @@ def recovery_hint(path: Path) -> str:
 
 def description_of(scenario: Scenario, channels: ChannelTable, compression: str) -> dict[str, str]:
     """What a recording says of its run."""
-    return {
+    plan, how = scenario.recording, {}
+    if plan != RecordingPlan():
+        how = {"record_rate": repr(scenario.record_rate), "record_every": str(plan.every)}
+        how |= {"rounding": json.dumps(plan.rounding.resolutions())}
+    return how | {
         "version": __version__,
         "scenario": scenario.name,
         "description": scenario.description,

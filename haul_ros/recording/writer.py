@@ -17,6 +17,7 @@ from haul_ros.messages.channels import ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.run_file import RunFile, description_of, recovery_hint
+from haul_ros.recording.thinning import Thinning
 
 FLUSH_INTERVAL = 1.0
 """Wall time [s] after which a killed process has lost nothing older."""
@@ -48,7 +49,8 @@ class McapRecorder:
     a run in real time; ``block`` waits, for a run that may take its time. A failure while writing (disk full) does
     not disturb the caller: everything after it is dropped, ``status`` reports it, ``close`` raises.
 
-    Sequence numbers count the messages put per channel, so a gap in the file shows where some were dropped.
+    Of the samples it takes those that the scenario wants recorded, see `Thinning`. Sequence numbers count the messages
+    taken per channel, so a gap in the file shows where some were dropped.
 
     Raises
     ------
@@ -68,6 +70,7 @@ class McapRecorder:
     ) -> None:
         description = description_of(scenario, channels, compression)
         self._file = RunFile(Path(path), description, scenario.document, channels)
+        self._thinning = Thinning(scenario, channels)
         self._block = when_full == "block"
         self._queue: queue.Queue[_Batch | None] = queue.Queue(queue_limit)
         self._sequences: Counter[str] = Counter()
@@ -79,6 +82,7 @@ class McapRecorder:
         self._bytes = self._file.size
         self._failure: str | None = None
         self._closed = False
+        self._last_put_ns = 0
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
@@ -93,7 +97,7 @@ class McapRecorder:
         return RecorderStatus(self._written, self._dropped_full + self._dropped_failed, self._bytes, self._failure)
 
     def put(self, messages: Sequence[Message], publish_time_ns: int) -> None:
-        """Record messages of one instant; wall time [ns]. To be called by one thread at a time.
+        """Record of messages of one instant what is to be; wall time [ns]. To be called by one thread at a time.
 
         Raises
         ------
@@ -105,6 +109,11 @@ class McapRecorder:
         for message in messages:
             if message.channel.topic not in self._file:
                 raise ValueError(f"{message.channel.topic}: not a channel of this recording")
+        self._last_put_ns = publish_time_ns
+        if taken := self._thinning.taken(messages):
+            self._enqueue(taken, publish_time_ns)
+
+    def _enqueue(self, messages: Sequence[Message], publish_time_ns: int) -> None:
         batch = _Batch(tuple((message, self._next_sequence(message)) for message in messages), publish_time_ns)
         try:
             self._queue.put(batch, block=self._block)
@@ -127,6 +136,8 @@ class McapRecorder:
         if self._closed:
             return
         self._closed = True
+        if rest := self._thinning.rest():
+            self._enqueue(rest, self._last_put_ns)
         self._queue.put(None)
         self._thread.join()
         if self._failure is not None:

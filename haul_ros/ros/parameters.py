@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +21,9 @@ from haul_ros.model.radio import (
     SHORTEST_RETRY_INTERVAL,
     RadioLinkChange,
 )
+from haul_ros.model.recording_plan import UNITS
 from haul_ros.model.scenario import Scenario
+from haul_ros.scenario.recording import COARSEST, FINEST, ROUNDING_KEYS
 from haul_ros.units import kmh_to_mps, mps_to_kmh
 
 Value = bool | float | int | str
@@ -111,6 +114,10 @@ class ParameterRow:
         )
 
 
+def _times(factor: float, value: Value) -> float:
+    return float(value) * factor
+
+
 _TRAIN_ROWS = (
     ParameterRow("scenario", str, "name of a shipped scenario, or path of a scenario file", DEFAULT_SCENARIO),
     ParameterRow(
@@ -160,6 +167,15 @@ _TRAIN_ROWS = (
         f"file to record to; empty: <scenario>_<UTC time>.mcap in the current folder; {NO_RECORDING}: no recording",
         "",
     ),
+    ParameterRow(
+        "record_rate",
+        float,
+        "rate of recorded samples in simulation time, each of them a published one; default: the scenario's",
+        unit="Hz",
+        minimum=0.001,
+        maximum=10_000.0,
+        scenario_key="recording.rate_hz",
+    ),
     ParameterRow("record_compression", str, "compression of the recording", "zstd", choices=("zstd", "lz4", "none")),
     ParameterRow(
         "reset_interval",
@@ -181,6 +197,21 @@ _TRAIN_ROWS = (
         read_only=False,
     ),
     ParameterRow("publish_clock", bool, "publish the simulation time on /clock with every sample", False),
+)
+
+_ROUNDING_ROWS = tuple(
+    ParameterRow(
+        f"rounding.{quantity}",
+        float,
+        f"{quantity.replace('_', ' ')} is published and recorded to the power of two not above this; 0: all bits",
+        unit=UNITS[quantity],
+        minimum=0.0,
+        maximum=COARSEST / factor,
+        least_above_zero=FINEST / 2.0 / factor,
+        scenario_key=f"recording.rounding.{key}",
+        to_scenario=partial(_times, factor),
+    )
+    for quantity, (key, factor) in ROUNDING_KEYS.items()
 )
 
 _LINK_ROWS = (
@@ -318,7 +349,7 @@ def parameter_rows(slaves: Iterable[str]) -> dict[str, ParameterRow]:
         for slave in slaves
         for row in _LINK_ROWS
     )
-    return {row.name: row for row in (*_TRAIN_ROWS, *of_links)}
+    return {row.name: row for row in (*_TRAIN_ROWS, *_ROUNDING_ROWS, *of_links)}
 
 
 def _rows_for(names: Iterable[str]) -> dict[str, ParameterRow]:
@@ -369,7 +400,9 @@ def values_in_effect(scenario: Scenario, given: Mapping[str, Value]) -> dict[str
         "dt": scenario.time_step,
         "publish_rate": scenario.sample_rate,
         "initial_speed": scenario.initial_speed,
+        "record_rate": scenario.record_rate,
     }
+    own |= {f"rounding.{name}": getattr(scenario.recording.rounding, name) for name in UNITS}
     rows = parameter_rows(scenario.radio)
     own |= {row.name: getattr(scenario.radio[row.slave], row.link_field) for row in rows.values() if row.slave}
     defaults = {name: row.default for name, row in rows.items() if row.default is not None}

@@ -24,9 +24,9 @@ Publish = Callable[[Sequence[Message]], None]
 class TrainRun:
     """A session with its outputs; not thread-safe, the loop owns it.
 
-    Everything that is published but the clock is recorded too, in the same bytes; what the node only receives, and
-    the scenario's own commands, are recorded only. ``recorder`` None: nothing is recorded. With ``publish_clock`` the
-    simulation time goes out ahead of each sample.
+    Everything that is published but the clock is given to the recorder too, in the same bytes; what the node only
+    receives, and the scenario's own commands, are recorded only. ``recorder`` None: nothing is recorded. With
+    ``publish_clock`` the simulation time goes out ahead of each sample.
     """
 
     def __init__(

@@ -52,7 +52,7 @@ class Exchange:
         self._locomotives = locomotives
         self._log = log
         self._time_step = scenario.time_step
-        self._steps_between_looks = round(1.0 / (scenario.sample_rate * scenario.time_step))
+        self._steps_between_looks = scenario.steps_per_sample
         self._next_look = 0
         self._time = 0.0
         self._outages = Outages(scenario.radio, MASTER, chainage)

@@ -71,7 +71,7 @@ class Session:
         self, scenario: Scenario, *, play_commands: bool = False, requests: Iterable[TimedRequest] = ()
     ) -> None:
         self.scenario = scenario
-        self.steps_per_sample = round(1.0 / (scenario.sample_rate * scenario.time_step))
+        self.steps_per_sample = scenario.steps_per_sample
         self._model = TrainModel(
             scenario.consist,
             scenario.brakes,
