@@ -71,20 +71,23 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     encoder = TelemetryEncoder.of(scenario, recording.channels.prefix)
     messages, differing = 0, 0
     first: Difference | None = None
-    times: dict[str, list[int]] = {channel.topic: [] for channel in recording.channels.samples}
-    replayed = _by_topic(encoder.sample(session.sample()))
+    counted = (*recording.channels.samples, *recording.channels.measured)
+    times: dict[str, list[int]] = {channel.topic: [] for channel in counted}
+    replayed = _replayed(encoder, session, session.sample())
     for recorded in recording.state_messages():
         if steps := round((recorded.time_ns - session.time_ns) / NS_PER_S / scenario.time_step):
             if not 0 < steps * scenario.time_step <= LONGEST_GAP:
                 problem = f"a message of {recorded.time_ns / NS_PER_S:.3f} s follows that of {session.time:.3f} s"
                 raise RecordingError(f"{recording.path}: {problem}: not replayed, its times cannot be right")
             sample = _advance(session, steps)
-            replayed = _by_topic(encoder.sample(sample))
+            replayed = _replayed(encoder, session, sample)
             show(sample)
         messages += 1
         topic = recorded.channel.topic
         if topic in times:
             times[topic].append(recorded.time_ns)
+            if topic not in replayed:
+                raise RecordingError(f"{recording.path}: {topic} at {session.time:.3f} s, when no sensor measures")
         elif topic not in replayed:  # once a second, not with every sample
             replayed |= _by_topic(encoder.extremes(session.time_ns, session.extremes()))
         if recorded.data != replayed[topic].data:
@@ -94,7 +97,7 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     if not messages:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.couplers.topic}: nothing was run")
     facts = recording.info()
-    missing, rounding = _missing(facts, times, session), scenario.recording.rounding.resolutions()
+    missing, rounding = _missing(recording, times, session), scenario.recording.rounding.resolutions()
     return Comparison(messages, differing, first, missing, facts.dropped, rounding)
 
 
@@ -102,10 +105,31 @@ def _by_topic(messages: Iterable[Message]) -> dict[str, Message]:
     return {message.channel.topic: message for message in messages}
 
 
-def _missing(facts: RecordingInfo, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
-    """How many messages by topic are not there that the others, the rate of samples or the recorder tell of."""
-    found = set().union(*times.values())
-    begin, period = min(found, default=0), session.steps_per_sample * session.scenario.recording.every
+def _replayed(encoder: TelemetryEncoder, session: Session, sample: Sample) -> dict[str, Message]:
+    measurement = session.measurement(sample)
+    measured = [] if measurement is None else [encoder.measurement(measurement)]
+    return _by_topic([*encoder.sample(sample), *measured])
+
+
+def _missing(recording: Recording, times: Mapping[str, list[int]], session: Session) -> dict[str, int]:
+    """How many messages by topic are not there that the others, their rate or the recorder tell of."""
+    facts, scenario = recording.info(), session.scenario
+    begin = min(set().union(*times.values()), default=0)
+    measured = {channel.topic: times[channel.topic] for channel in recording.channels.measured}
+    sampled = {topic: there for topic, there in times.items() if topic not in measured}
+    missing = _missing_of_rate(sampled, begin, scenario.recording.every, facts, session)
+    if scenario.sensors is not None:
+        missing |= _missing_of_rate(measured, begin, scenario.sensors.every, facts, session)
+    if facts.written is not None and facts.written > facts.messages + sum(missing.values()):
+        missing[""] = facts.written - facts.messages - sum(missing.values())
+    return {topic: count for topic, count in missing.items() if count}
+
+
+def _missing_of_rate(
+    times: Mapping[str, list[int]], begin: int, every: int, facts: RecordingInfo, session: Session
+) -> dict[str, int]:
+    """How many of each topic are not there, of which every ``every``-th sample and those of the others have one."""
+    found, period = set().union(*times.values()), session.steps_per_sample * every
     time_step = session.scenario.time_step
     first, last = (round(time_ns / NS_PER_S / time_step) for time_ns in (begin, facts.end_ns))
     steps = range(-(-first // period) * period, last + 1, period)  # no set of them: a time may be years away
@@ -115,15 +139,13 @@ def _missing(facts: RecordingInfo, times: Mapping[str, list[int]], session: Sess
         return step in steps and seconds_to_ns(step * time_step) == time_ns
 
     expected = len(steps) + sum(not regular(time_ns) for time_ns in found)
-    latest = max([*found, *(seconds_to_ns(step * time_step) for step in steps[-1:])])
+    latest = max([*found, *(seconds_to_ns(step * time_step) for step in steps[-1:])], default=0)
     missing = {}
     for topic, there in times.items():
         missing[topic] = expected - len(set(there))
         if facts.dropped is None and latest not in there:  # it ended anywhere, between two messages of a sample too
             missing[topic] -= 1
-    if facts.written is not None and facts.written > facts.messages + sum(missing.values()):
-        missing[""] = facts.written - facts.messages - sum(missing.values())
-    return {topic: count for topic, count in missing.items() if count}
+    return missing
 
 
 def session_with_changes(recording: Recording, overrides: Mapping[str, object]) -> Session:
@@ -163,8 +185,11 @@ def _difference(
     except ValueError as error:
         at = f"{recorded.time_ns / NS_PER_S:.3f} s"
         raise RecordingError(f"{recording.path}: {topic} at {at} is not of the recorded train: {error}") from error
-    of_vehicles = recorded.channel in (recording.channels.vehicles, *recording.channels.pressures)
-    names = consist.vehicle_names if of_vehicles else consist.coupler_names
+    names = consist.coupler_names
+    if recorded.channel in (recording.channels.vehicles, *recording.channels.pressures):
+        names = consist.vehicle_names
+    elif recorded.channel in recording.channels.measured:
+        names = encoder.measured_names
     for quantity, values in before.items():
         others = after[quantity]
         if len(at_index := np.flatnonzero(values.view(np.int64) != others.view(np.int64))):

@@ -129,6 +129,9 @@ def recorded_scenario(recording: Recording, overrides: Mapping[str, object] | No
     locomotives = tuple(locomotive.name for locomotive in scenario.consist.locomotives)
     if (len(scenario.consist.vehicles), locomotives) != (facts.vehicles, facts.locomotives):
         raise RecordingError(f"{recording.path}: its scenario is of another train than its description of the run")
+    sensors = scenario.sensors.couplers if scenario.sensors else ()
+    if tuple(scenario.consist.coupler_names[coupler] for coupler in sensors) != facts.measured:
+        raise RecordingError(f"{recording.path}: its scenario has other sensors than its description of the run")
     if scenario.recording != facts.plan:
         raise RecordingError(
             f"{recording.path}: its samples are recorded otherwise than its description of the run says"

@@ -50,6 +50,7 @@ def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
                 ("train", f"{facts.vehicles} vehicles, {facts.couplers} couplers, {', '.join(facts.locomotives)}"),
                 ("time", f"{times}, time step {facts.time_step * 1e3:g} ms"),
                 *_samples(facts),
+                *([("sensors", f"at {', '.join(facts.measured)}")] if facts.measured else []),
                 ("messages", f"{facts.messages}, {_completeness(facts)}"),
                 ("checksums", _checksums(checked, chunks)),
             ]
@@ -136,6 +137,7 @@ def _json(facts: RecordingInfo, checked: int, chunks: int) -> dict[str, Any]:
         "record_rate_hz": facts.record_rate,
         "record_every": facts.plan.every,
         "rounding": facts.plan.rounding.resolutions(),
+        "measured_couplers": list(facts.measured),
         "chunks": chunks,
         "chunks_checked": checked,
         "topics": [{"topic": t.topic, "type": t.msgtype, "messages": t.count} for t in facts.topics],

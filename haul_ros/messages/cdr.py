@@ -8,7 +8,7 @@ save for padding, which is 0 here and undefined there.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import accumulate, chain
@@ -24,6 +24,9 @@ from haul_ros.model.sample import FloatArray
 from haul_ros.units import NS_PER_S
 
 CLOCK = "rosgraph_msgs/msg/Clock"
+
+JOINT_ARRAYS = ("position", "velocity", "effort")
+"""Of a ``sensor_msgs/JointState``."""
 
 _STAMP = struct.Struct("<iI")
 _DOUBLE = struct.Struct("<d")
@@ -132,23 +135,26 @@ def _doubles(values: ArrayLike, count: int) -> bytes:
 
 
 class JointStateCodec:
-    """``sensor_msgs/JointState`` with fixed names and an empty ``frame_id``; all arrays (n,) float64."""
+    """``sensor_msgs/JointState`` with fixed names and an empty ``frame_id``; all arrays (n,) float64.
 
-    arrays = 3
-    """How many arrays a message has."""
+    Those of position and velocity are empty (0,) where a message does ``without`` them.
+    """
 
-    def __init__(self, names: Sequence[str]) -> None:
+    def __init__(self, names: Sequence[str], *, without: Collection[str] = ()) -> None:
         self.names = tuple(names)
-        self.count = count = len(self.names)
-        marked = _marked_doubles(count)
-        message = new_message(JOINT_STATE, new_header(*_marked_stamp()), list(self.names), marked, marked, marked)
-        self._layout = _Layout.of(serialize(message, JOINT_STATE), (_STAMP.size, 8 * count, 8 * count, 8 * count))
+        self.count = len(self.names)
+        self.counts = tuple(0 if field in without else self.count for field in JOINT_ARRAYS)
+        """Lengths of the arrays of a message."""
+        marked = (_marked_doubles(count) for count in self.counts)
+        message = new_message(JOINT_STATE, new_header(*_marked_stamp()), list(self.names), *marked)
+        sizes = (_STAMP.size, *(8 * count for count in self.counts))
+        self._layout = _Layout.of(serialize(message, JOINT_STATE), sizes)
 
     @classmethod
-    def of(cls, data: bytes) -> JointStateCodec:
-        """The codec for messages like this one."""
+    def of(cls, data: bytes, *, may_lack: Collection[str] = ()) -> JointStateCodec:
+        """The codec for messages like this one, which may lack some of its arrays."""
         message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
-        return cls(message.name)
+        return cls(message.name, without=[field for field in may_lack if not len(getattr(message, field))])
 
     def encode(self, time_ns: int, position: ArrayLike, velocity: ArrayLike, effort: ArrayLike) -> bytes:
         """CDR bytes with the stamp ``time_ns``.
@@ -156,20 +162,20 @@ class JointStateCodec:
         Raises
         ------
         ValueError
-            An array is not of shape (n,).
+            An array is not of shape (n,), or (0,) where there is none.
         """
-        count = len(self.names)
+        positions, velocities, efforts = self.counts
         head, names, before_velocity, before_effort, tail = self._layout.constants
         return b"".join(
             (
                 head,
                 _stamp(time_ns),
                 names,
-                _doubles(position, count),
+                _doubles(position, positions),
                 before_velocity,
-                _doubles(velocity, count),
+                _doubles(velocity, velocities),
                 before_effort,
-                _doubles(effort, count),
+                _doubles(effort, efforts),
                 tail,
             )
         )
@@ -183,7 +189,10 @@ class JointStateCodec:
             The message has other names or another shape.
         """
         _, *arrays = self._layout.starts(data)
-        position, velocity, effort = (np.frombuffer(data, "<f8", len(self.names), start) for start in arrays)
+        position, velocity, effort = (
+            np.frombuffer(data, "<f8", count, start) if count else np.empty(0)
+            for count, start in zip(self.counts, arrays, strict=True)
+        )
         return position, velocity, effort
 
     @property
@@ -206,11 +215,10 @@ class JointStateCodec:
 class ArrayCodec:
     """``std_msgs/Float64MultiArray`` of one labelled dimension of fixed size n."""
 
-    arrays = 1
-    """How many arrays a message has."""
-
     def __init__(self, label: str, count: int) -> None:
         self.count = count
+        self.counts = (count,)
+        """Lengths of the arrays of a message."""
         dimension = new_message("std_msgs/msg/MultiArrayDimension", label, count, count)
         layout = new_message("std_msgs/msg/MultiArrayLayout", [dimension], 0)
         message = new_message(FLOAT64_ARRAY, layout, _marked_doubles(count))

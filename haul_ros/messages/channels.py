@@ -66,7 +66,8 @@ class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
     ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link that may change, for
-    slaves only. Brake pipe and auxiliary reservoirs are there with a pneumatic brake only.
+    slaves only. Brake pipe and auxiliary reservoirs are there with a pneumatic brake only, measured couplers only with
+    sensors.
     """
 
     prefix: str
@@ -80,6 +81,7 @@ class ChannelTable:
     real_time_factor: Channel
     diagnostics: Channel
     events: Channel
+    measured_couplers: Channel | None
     applied_brake: Mapping[str, Channel]
     tractive_effort: Mapping[str, Channel]
     commands: Mapping[CommandKind, Mapping[str, Channel]]
@@ -97,14 +99,20 @@ class ChannelTable:
         return (self.couplers, self.vehicles, *self.pressures)
 
     @property
+    def measured(self) -> tuple[Channel, ...]:
+        """What sensors show, if there are any."""
+        return () if self.measured_couplers is None else (self.measured_couplers,)
+
+    @property
     def state(self) -> tuple[Channel, ...]:
         """What tells of the train's motion alone, so that the same run gives the same bytes."""
-        return (*self.samples, self.max_compression, self.max_tension)
+        return (*self.samples, *self.measured, self.max_compression, self.max_tension)
 
     def __iter__(self) -> Iterator[Channel]:
         yield from self.samples
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
         yield self.events
+        yield from self.measured
         yield from self.applied_brake.values()
         yield from self.tractive_effort.values()
         for by_locomotive in self.commands.values():
@@ -137,7 +145,9 @@ _RADIO = {
 """By the fields of a radio link that may change."""
 
 
-def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False) -> ChannelTable:
+def channel_table(
+    locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, pneumatic: bool = False, sensors: bool = False
+) -> ChannelTable:
     """The topics of a train with these commanded locomotives, private topics under ``prefix``, the node's full name.
 
     ``/clock`` is not among them: a recording has its own time in every message.
@@ -168,6 +178,7 @@ def channel_table(locomotives: Sequence[str], prefix: str = DEFAULT_PREFIX, *, p
         real_time_factor=private("real_time_factor", FLOAT64, EVENT),
         diagnostics=Channel("/diagnostics", DIAGNOSTICS, EVENT),
         events=private("events", LOG, STREAM),
+        measured_couplers=private("measured_couplers", JOINT_STATE, STREAM) if sensors else None,
         applied_brake=each(locomotives, "applied_brake", FLOAT64, LATCHED),
         tractive_effort=each(locomotives, "tractive_effort", FLOAT64, LATCHED),
         commands=MappingProxyType(commands),

@@ -17,10 +17,13 @@ from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel
 from haul_ros.messages.quantities import (
     COUPLER_QUANTITIES,
     EXTREME_QUANTITIES,
+    MEASURED_QUANTITIES,
     PRESSURE_QUANTITY,
     VEHICLE_QUANTITIES,
     coupler_arrays,
     extreme_arrays,
+    measured_arrays,
+    measured_codec,
     pressure_arrays,
     pressure_codec,
     vehicle_arrays,
@@ -35,6 +38,7 @@ from haul_ros.model.recording_plan import Rounding
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
 from haul_ros.model.scenario import Scenario
+from haul_ros.model.sensor import CouplerMeasurement, CouplerSensors
 from haul_ros.units import NS_PER_S
 
 LOGGER = "haul."
@@ -85,23 +89,28 @@ class TelemetryEncoder:
         *,
         pneumatic: bool = False,
         rounding: Rounding | None = None,
+        sensors: CouplerSensors | None = None,
     ) -> None:
         locomotives = [locomotive.name for locomotive in consist.locomotives]
-        self.channels = channel_table(locomotives, prefix, pneumatic=pneumatic)
+        self.channels = channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors is not None)
         self._rounding = rounding or Rounding()
         self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
         self._vehicles = JointStateCodec(consist.vehicle_names)
         self._pressure = pressure_codec(len(consist.vehicles))
+        self.measured_names = tuple(consist.coupler_names[coupler] for coupler in sensors.couplers) if sensors else ()
+        """Of the couplers with sensors."""
+        self._measured = measured_codec(self.measured_names, stroke=bool(sensors and sensors.stroke))
 
     @classmethod
     def of(cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX) -> TelemetryEncoder:
         """The encoder of a scenario's train, with the topics that its brake has."""
         pneumatic = isinstance(scenario.brakes, PneumaticBrake)
-        return cls(scenario.consist, prefix, pneumatic=pneumatic, rounding=scenario.recording.rounding)
+        plan, sensors = scenario.recording, scenario.sensors
+        return cls(scenario.consist, prefix, pneumatic=pneumatic, rounding=plan.rounding, sensors=sensors)
 
     def messages(self, log: PeriodLog) -> list[Message]:
-        """All messages of a log, in its order: entries, sample, extremes.
+        """All messages of a log, in its order: entries, sample, measurement, extremes.
 
         Raises
         ------
@@ -111,6 +120,8 @@ class TelemetryEncoder:
         messages = self.entries(log.entries)
         if log.sample is not None:
             messages += self.sample(log.sample)
+        if log.measurement is not None:
+            messages.append(self.measurement(log.measurement))
         if log.extremes is not None:
             messages += self.extremes(log.time_ns, log.extremes)
         return messages
@@ -151,8 +162,20 @@ class TelemetryEncoder:
             ),
         )
 
+    def measurement(self, measurement: CouplerMeasurement) -> Message:
+        """What sensors show, beside the sample.
+
+        Raises
+        ------
+        ValueError
+            It is not of these sensors.
+        """
+        (channel,) = self.channels.measured
+        time_ns = measurement.time_ns
+        return Message(channel, time_ns, self._measured.encode(time_ns, *measured_arrays(measurement)))
+
     def decode_state(self, message: Message) -> dict[str, FloatArray]:
-        """The arrays of a message of `sample` or `extremes` by quantity.
+        """The arrays of a message of `sample`, `measurement` or `extremes` by quantity.
 
         Raises
         ------
@@ -161,6 +184,8 @@ class TelemetryEncoder:
         """
         if message.channel in self.channels.pressures:
             return {PRESSURE_QUANTITY: self._pressure.decode(message.data)}
+        if message.channel in self.channels.measured:
+            return dict(zip(MEASURED_QUANTITIES, self._measured.decode(message.data), strict=True))
         if message.channel == self.channels.vehicles:
             return dict(zip(VEHICLE_QUANTITIES, self._vehicles.decode(message.data), strict=True))
         of_couplers = message.channel == self.channels.couplers

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from haul_ros.messages.cdr import ArrayCodec
+from haul_ros.messages.cdr import ArrayCodec, JointStateCodec
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
+from haul_ros.model.sensor import CouplerMeasurement
 
 
 class CouplerArrays(NamedTuple):
@@ -30,6 +32,9 @@ class VehicleArrays(NamedTuple):
 
 
 VEHICLE_QUANTITIES = ("chainage [m]", "speed [m/s]", "brake force [N]")
+
+MEASURED_QUANTITIES = ("measured stroke [m]", "measured stroke rate [m/s]", "measured force [N]")
+"""Of ``~/measured_couplers``; the rate is empty, and so is the stroke where it is not measured."""
 
 PRESSURE_QUANTITY = "pressure [Pa]"
 
@@ -57,6 +62,17 @@ def coupler_arrays(sample: Sample) -> CouplerArrays:
 def vehicle_arrays(sample: Sample) -> VehicleArrays:
     """What a message of vehicles holds of a sample."""
     return VehicleArrays(chainage=sample.chainage, speed=sample.speed, brake_force=sample.brake_force)
+
+
+def measured_codec(names: Sequence[str], *, stroke: bool) -> JointStateCodec:
+    """Codec of ``~/measured_couplers`` with or without stroke."""
+    return JointStateCodec(names, without=("velocity",) if stroke else ("position", "velocity"))
+
+
+def measured_arrays(measurement: CouplerMeasurement) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position, velocity and effort of ``~/measured_couplers``: stroke [m], nothing, and force [N]."""
+    none = np.empty(0)
+    return (none if measurement.stroke is None else measurement.stroke, none, measurement.force)
 
 
 def pressure_arrays(sample: Sample) -> tuple[FloatArray, ...]:

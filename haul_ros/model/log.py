@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from haul_ros.model.event import Event
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
+from haul_ros.model.sensor import CouplerMeasurement
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +37,11 @@ class PeriodLog:
 
     ``entries`` are in order of time, at one time as they occurred: a request before its effects. ``sample`` is the
     state at ``time_ns``, None if the log before had reached that instant already; ``extremes`` are those since the
-    start of the run, None where they are not due.
+    start of the run, None where they are not due; so is ``measurement``, what sensors make of the sample.
     """
 
     time_ns: int
     entries: tuple[LogEntry, ...]
     sample: Sample | None = None
     extremes: CouplerExtremes | None = None
+    measurement: CouplerMeasurement | None = None

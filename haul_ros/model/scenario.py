@@ -13,6 +13,7 @@ from haul_ros.model.initial_state import InitialState
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.recording_plan import RecordingPlan
 from haul_ros.model.request import TimedRequest
+from haul_ros.model.sensor import CouplerSensors
 from haul_ros.model.track import Track
 
 
@@ -44,6 +45,7 @@ class Scenario:
     caveats: tuple[str, ...] = ()
     initial_state: InitialState = field(default_factory=InitialState)
     recording: RecordingPlan = field(default_factory=RecordingPlan)
+    sensors: CouplerSensors | None = None
 
     @property
     def steps_per_sample(self) -> int:

@@ -13,7 +13,10 @@ from haul_ros.recording.topics import TopicIndex
 
 
 class Columns:
-    """Arrays of a topic while they are filled: ``time_ns`` (n,) and the ``arrays`` (n, k) of its codec, k ``names``."""
+    """Arrays of a topic while they are filled: ``time_ns`` (n,) and the ``arrays`` (n, k) of its codec, k ``names``.
+
+    Those that its messages do without are of shape (n, 0).
+    """
 
     def __init__(self, topic: str, codec: JointStateCodec | ArrayCodec, names: tuple[str, ...]) -> None:
         self.topic = topic
@@ -24,7 +27,7 @@ class Columns:
     def allocate(self, count: int) -> None:
         """New arrays for so many messages."""
         self.time_ns = np.empty(count, np.int64)
-        self.arrays = [np.empty((count, self.codec.count)) for _ in range(self.codec.arrays)]
+        self.arrays = [np.empty((count, length)) for length in self.codec.counts]
         self._end = 0
 
     def add(self, pieces: Sequence[Run]) -> None:

@@ -18,6 +18,7 @@ LONGEST_NAME = 255
 
 _PREFIX = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 _LOCOMOTIVE = re.compile(r"master|slave_[1-9][0-9]{0,3}")
+_COUPLER = re.compile(r"coupler_[0-9]{3,4}")
 _COUNT = re.compile(r"0|[1-9][0-9]{0,5}")
 _LENGTHS = {
     "version": LONGEST_NAME,
@@ -32,9 +33,10 @@ _LENGTHS = {
     "record_rate": LONGEST_NAME,
     "record_every": LONGEST_NAME,
     "rounding": LONGEST_TEXT,
+    "measured_couplers": 20 * MOST_VEHICLES,
 }
-_OPTIONAL = {"record_rate", "record_every", "rounding"}
-"""Where samples are recorded as they are published, and with all their bits, nothing is said."""
+_OPTIONAL = {"record_rate", "record_every", "rounding", "measured_couplers"}
+"""Of samples that are recorded as they are published, with all their bits, and of no sensors nothing is said."""
 
 
 def check_form(description: Mapping[str, str]) -> None:
@@ -60,6 +62,7 @@ def check_form(description: Mapping[str, str]) -> None:
         raise _wrong(description, "time_step", "seconds")
     locomotive_names(description)
     recording_plan(description)
+    measured_couplers(description)
     if not _is_positive(description.get("record_rate", "1")):
         raise _wrong(description, "record_rate", "samples a second")
     vehicles, couplers = (_count(description, key) for key in ("vehicles", "couplers"))
@@ -80,6 +83,17 @@ def locomotive_names(description: Mapping[str, str]) -> list[str]:
     return names
 
 
+def measured_couplers(description: Mapping[str, str]) -> tuple[str, ...]:
+    """Names of the couplers with sensors; ValueError: they are none."""
+    try:
+        names = json.loads(description.get("measured_couplers", "[]"))
+    except (ValueError, RecursionError):
+        names = None
+    if not isinstance(names, list) or not all(isinstance(name, str) and _COUPLER.fullmatch(name) for name in names):
+        raise _wrong(description, "measured_couplers", "a list of names")
+    return tuple(names)
+
+
 def recording_plan(description: Mapping[str, str]) -> RecordingPlan:
     """How often and how exactly samples were recorded; ValueError: it is no such thing."""
     if not _COUNT.fullmatch(every := description.get("record_every", "1")) or every == "0":
@@ -93,8 +107,9 @@ def recording_plan(description: Mapping[str, str]) -> RecordingPlan:
 
 def described_channels(description: Mapping[str, str]) -> ChannelTable:
     """The topics of the train of a description in form; an older version may not have recorded all of them."""
-    pneumatic = description.get("brake") == "pneumatic"
-    return channel_table(locomotive_names(description), description["topic_prefix"], pneumatic=pneumatic)
+    pneumatic, sensors = description.get("brake") == "pneumatic", bool(measured_couplers(description))
+    locomotives, prefix = locomotive_names(description), description["topic_prefix"]
+    return channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors)
 
 
 def _is_positive(text: str) -> bool:

@@ -24,7 +24,8 @@ class RecordingInfo:
 
     ``compression`` is that of the chunks; ``dropped`` is how many messages the recorder could not write
     (None: not known, it did not end), ``written`` how many it wrote (None: an older version); ``topics`` are sorted by
-    name. Samples were recorded at ``record_rate`` [Hz] (None: all that were published), as ``plan`` says.
+    name. Samples were recorded at ``record_rate`` [Hz] (None: all that were published), as ``plan`` says;
+    the couplers ``measured`` have sensors.
     """
 
     path: Path
@@ -45,6 +46,7 @@ class RecordingInfo:
     written: int | None
     record_rate: float | None = None
     plan: RecordingPlan = field(default_factory=RecordingPlan)
+    measured: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:

@@ -20,14 +20,27 @@ from haul_ros.errors import RecordingError
 from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, decode_int32, typestore
 from haul_ros.messages.channels import BOOL, FLOAT64, INT32, LOG, Channel, ChannelTable
 from haul_ros.messages.encoder import LOGGER, Message
-from haul_ros.messages.quantities import CouplerArrays, ExtremeArrays, VehicleArrays, extremes_of, pressure_codec
+from haul_ros.messages.quantities import (
+    CouplerArrays,
+    ExtremeArrays,
+    VehicleArrays,
+    extremes_of,
+    measured_codec,
+    pressure_codec,
+)
 from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.command import Command
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
 from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
-from haul_ros.recording.description import check_form, described_channels, locomotive_names, recording_plan
+from haul_ros.recording.description import (
+    check_form,
+    described_channels,
+    locomotive_names,
+    measured_couplers,
+    recording_plan,
+)
 from haul_ros.recording.info import RecordingInfo
 from haul_ros.recording.integrity import (
     DROPPED,
@@ -44,6 +57,7 @@ from haul_ros.recording.ordered import chunk_data, ordered_messages, read_chunk
 from haul_ros.recording.run_file import RECORD_NAME, SCENARIO_NAME
 from haul_ros.recording.series import (
     CouplerSeries,
+    MeasuredSeries,
     PressureSeries,
     RecordedExtremes,
     Samples,
@@ -143,6 +157,7 @@ class Recording:
                 written=message_count(self.metadata, WRITTEN),
                 record_rate=float(self.metadata["record_rate"]) if "record_rate" in self.metadata else None,
                 plan=recording_plan(self.metadata),
+                measured=measured_couplers(self.metadata),
             )
 
     def check_chunks(self, enough: Callable[[], bool] = lambda: False) -> tuple[int, int]:
@@ -194,6 +209,25 @@ class Recording:
         with self._border():
             names = self._joint_codec(self.channels.vehicles).names
             return _pressure(self._filled(_pressure_columns(channel, names)))
+
+    def measured_couplers(self) -> MeasuredSeries | None:
+        """What the sensors of couplers showed; None without sensors."""
+        channel = self.channels.measured_couplers
+        if channel is None:
+            return None
+        with self._border():
+            first = next(self._messages(channel.topic), None)
+            codec = measured_codec((), stroke=True) if first is None else self._measured_codec(first.data)
+            columns = self._filled(Columns(channel.topic, codec, codec.names))
+            stroke, _, force = columns.arrays
+            return MeasuredSeries(columns.time_ns, columns.names, stroke if codec.counts[0] else None, force)
+
+    def _measured_codec(self, data: bytes) -> JointStateCodec:
+        _check_length(self.channels.measured[0], data)
+        codec = JointStateCodec.of(data, may_lack=("position", "velocity"))
+        if codec.names != measured_couplers(self.metadata):
+            raise ValueError(f"{self.channels.measured[0].topic}: a message of other couplers")
+        return codec
 
     def samples(self) -> Samples:
         """Couplers, vehicles and brake cylinder pressure in one go, faster than one by one."""
@@ -281,7 +315,7 @@ class Recording:
             return tuple(events)
 
     def state_messages(self) -> Iterator[Message]:
-        """Couplers, vehicles, pressures and extremes as recorded, byte for byte, in order of time."""
+        """Couplers, vehicles, pressures, measurements and extremes as recorded, byte for byte, in order of time."""
         by_topic = {channel.topic: channel for channel in self.channels.state}
         with self._border():
             for topic, message in self._ordered(by_topic):
@@ -347,8 +381,7 @@ class Recording:
         return JointStateCodec(()) if first is None else self._codec_of(channel, first.data)
 
     def _codec_of(self, channel: Channel, data: bytes) -> JointStateCodec:
-        if len(data) > LARGEST_STATE:
-            raise ValueError(f"{channel.topic}: a message of {len(data)} bytes, expected at most {LARGEST_STATE}")
+        _check_length(channel, data)
         codec = JointStateCodec.of(data)
         expected = int(self.metadata["vehicles" if channel == self.channels.vehicles else "couplers"])
         if codec.count != expected:
@@ -377,6 +410,11 @@ class Recording:
 def _check_room(found: Sized, name: str) -> None:
     if len(found) >= MOST_ENTRIES:
         raise ValueError(f"more than {MOST_ENTRIES} {name}")
+
+
+def _check_length(channel: Channel, data: bytes) -> None:
+    if len(data) > LARGEST_STATE:
+        raise ValueError(f"{channel.topic}: a message of {len(data)} bytes, expected at most {LARGEST_STATE}")
 
 
 def _couplers(columns: Columns) -> CouplerSeries:

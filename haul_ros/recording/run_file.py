@@ -48,6 +48,9 @@ def description_of(scenario: Scenario, channels: ChannelTable, compression: str)
     if plan != RecordingPlan():
         how = {"record_rate": repr(scenario.record_rate), "record_every": str(plan.every)}
         how |= {"rounding": json.dumps(plan.rounding.resolutions())}
+    if scenario.sensors is not None:
+        measured = [scenario.consist.coupler_names[coupler] for coupler in scenario.sensors.couplers]
+        how |= {"measured_couplers": json.dumps(measured)}
     return how | {
         "version": __version__,
         "scenario": scenario.name,

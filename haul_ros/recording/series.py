@@ -47,6 +47,19 @@ class PressureSeries:
     pressure: FloatArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredSeries:
+    """What the sensors of the k couplers ``names`` showed at ``time_ns`` (n,): stroke [m] and force [N] (n, k).
+
+    ``stroke`` is None where none is measured. Compression is positive.
+    """
+
+    time_ns: TimeArray
+    names: tuple[str, ...]
+    stroke: FloatArray | None
+    force: FloatArray
+
+
 class ScalarSeries(NamedTuple):
     """A number over time: ``time_ns`` (n,) and ``values`` (n,); a Bool is 0 or 1."""
 

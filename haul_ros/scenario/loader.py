@@ -19,6 +19,7 @@ from haul_ros.scenario.overrides import alters_entry, apply
 from haul_ros.scenario.radio import radio_links
 from haul_ros.scenario.recording import recording_plan
 from haul_ros.scenario.schema import SCENARIO, check, fill_defaults
+from haul_ros.scenario.sensors import coupler_sensors
 from haul_ros.scenario.yaml_file import check_values, dump_yaml, parse_yaml, read_yaml
 from haul_ros.units import kmh_to_mps
 
@@ -86,6 +87,7 @@ def _build(document: Document, name: str, overrides: Mapping[str, object], folde
         driver=driver(document, train),
         caveats=caveats(data),
         recording=recording_plan(document),
+        sensors=coupler_sensors(document, train),
     )
 
 

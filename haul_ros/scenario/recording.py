@@ -29,10 +29,10 @@ def samples_per(document: Document, path: KeyPath, what: str) -> int:
         It is no whole number of them.
     """
     sample_rate = float(document.data["sample_rate_hz"])
-    rate = document.at(path[:-1]).get(path[-1])
-    if rate is None:
+    entry = document.at(path[:-1])
+    if path[-1] not in entry:
         return 1
-    ratio = sample_rate / rate
+    ratio = sample_rate / float(entry[path[-1]])
     if round(ratio) < 1 or abs(ratio - round(ratio)) > _WHOLE * ratio:
         problem = f"{what} takes {ratio:.9g} samples of sample_rate_hz = {sample_rate:g}"
         raise document.refusal(path, f"{problem}, must be a whole number of them")

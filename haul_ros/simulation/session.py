@@ -16,6 +16,7 @@ from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import Request, TimedRequest
 from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
+from haul_ros.model.sensor import CouplerMeasurement
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import StepStatistics, TrainModel
 from haul_ros.simulation.brake_valves import brake_valves
@@ -25,6 +26,7 @@ from haul_ros.simulation.exchange import Exchange
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.overspeed import Overspeeds
 from haul_ros.simulation.radio import LinkStatus
+from haul_ros.simulation.sensors import SensorBench
 from haul_ros.simulation.slices import Slices
 from haul_ros.simulation.telegrams import ROUNDING
 from haul_ros.units import NS_PER_S, seconds_to_ns
@@ -94,6 +96,7 @@ class Session:
             log=self._entries,
         )
         self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track)
+        self._sensors = SensorBench(scenario)
         self._logged_step = -1
         self._extremes_due_ns = 0
         self._extremes_logged_ns = -1
@@ -160,6 +163,10 @@ class Session:
         """The present state."""
         return self._model.sample()
 
+    def measurement(self, sample: Sample) -> CouplerMeasurement | None:
+        """What the sensors of the train make of a sample; None: it has none, or they do not measure at that time."""
+        return self._sensors.measure(sample)
+
     def extremes(self) -> CouplerExtremes:
         """Largest coupler forces and strokes since the start."""
         return self._model.extremes()
@@ -199,7 +206,8 @@ class Session:
             self._entries += self._locomotives.changed_efforts(time_ns)
         entries = tuple(sorted(self._entries, key=lambda entry: entry.time_ns))
         self._entries.clear()
-        return PeriodLog(time_ns, entries, sample, self._due_extremes(time_ns, last))
+        measurement = None if sample is None else self.measurement(sample)
+        return PeriodLog(time_ns, entries, sample, self._due_extremes(time_ns, last), measurement)
 
     def _due_extremes(self, time_ns: int, last: bool) -> CouplerExtremes | None:
         if time_ns < self._extremes_due_ns and not (last and self._extremes_logged_ns != time_ns):

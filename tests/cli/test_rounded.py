@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mcap.records import Message as McapMessage
 
+from haul_ros.messages.encoder import Message
 from haul_ros.recording.reader import Recording
 from tests.recorded import forge
 
@@ -61,7 +62,7 @@ def test_the_recorded_samples_are_some_of_the_published_ones_rounded(rounded: Ha
     assert Path("rounded.mcap").stat().st_size < Path("exact.mcap").stat().st_size / 4
 
 
-def _extremes(recording: Recording) -> list[object]:
+def _extremes(recording: Recording) -> list[Message]:
     channels = (recording.channels.max_compression, recording.channels.max_tension)
     return [message for message in recording.state_messages() if message.channel in channels]
 

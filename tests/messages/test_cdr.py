@@ -108,6 +108,27 @@ def test_whatever_the_padding_behind_its_names_a_joint_state_has_the_bytes_that_
 
 
 @pytest.mark.usefixtures("rclpy")
+@pytest.mark.parametrize("without", [("velocity",), ("position", "velocity")])
+@pytest.mark.parametrize("names", [["a"], ["coupler_001", "coupler_052", "xy"]])
+def test_a_joint_state_without_some_arrays_has_the_bytes_that_rclpy_writes(
+    names: list[str], without: tuple[str, ...]
+) -> None:
+    lengths = [0 if field in without else len(names) for field in ("position", "velocity", "effort")]
+    arrays = [numbers(length, seed) for seed, length in enumerate(lengths)]
+    codec = JointStateCodec(names, without=without)
+    data = codec.encode(12_345_678_901, *arrays)
+    assert_same_as_rclpy(data, joint_state_of_rclpy(12_345_678_901, names, arrays), JOINT_STATE)
+    again = JointStateCodec.of(data, may_lack=("position", "velocity"))
+    assert again.counts == codec.counts == tuple(lengths)
+    many = again.decode_many(np.frombuffer(data * 2, np.uint8).reshape(2, -1))
+    for array, one, both in zip(arrays, again.decode(data), many, strict=True):
+        assert one.tobytes() == array.tobytes()
+        assert both.tobytes() == array.tobytes() * 2
+    with pytest.raises(ValueError, match="not the expected layout"):
+        JointStateCodec.of(data).decode(data)
+
+
+@pytest.mark.usefixtures("rclpy")
 @pytest.mark.parametrize("count", [0, 7, 253])
 def test_array_has_the_bytes_that_rclpy_writes(count: int) -> None:
     values = numbers(count, 1)
