@@ -53,6 +53,7 @@ _LEVELS = {
     EventKind.STOPPED: _INFO,
     EventKind.RADIO: _WARN,
     EventKind.VALVE: _WARN,
+    EventKind.APPLICATION: _WARN,
     EventKind.OVERSPEED: _WARN,
 }
 

@@ -16,6 +16,7 @@ class EventKind(enum.Enum):
     STOPPED = "stopped"
     RADIO = "radio"
     VALVE = "valve"
+    APPLICATION = "application"
     OVERSPEED = "overspeed"
 
 

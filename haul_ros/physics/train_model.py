@@ -106,16 +106,19 @@ def _brake_speeds(brakes: BrakeSystem | PneumaticBrake) -> dict[WaveKind, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ValveState:
-    """Control valves of every vehicle (v,), and what the brake valves of the locomotives ask of them.
+    """Control valves of every vehicle (v,), and what the brake valves of the locomotives (k,) ask of them.
 
     ``applied``: not released; ``emergency``: it has tripped. ``release_commanded``: some brake valve charges the pipe;
-    ``emergency_commanded``: some brake valve vents it by hand.
+    ``emergency_commanded``: some brake valve vents it by hand. ``targets``: gauge pressures of the pipe that the brake
+    valves are put to [Pa]; ``feed_cut``: they do not feed it.
     """
 
     applied: NDArray[np.bool_]
     emergency: NDArray[np.bool_]
     release_commanded: bool
     emergency_commanded: bool
+    targets: Floats
+    feed_cut: NDArray[np.bool_]
 
 
 class TrainModel:
@@ -469,6 +472,8 @@ class TrainModel:
             emergency=state.emergency != 0.0,
             release_commanded=bool((charging & (driver.tripped == 0.0)).any()),
             emergency_commanded=bool(driver.emergency.any()),
+            targets=driver.target - ATMOSPHERE,
+            feed_cut=driver.feed_cut != 0.0,
         )
 
     @property

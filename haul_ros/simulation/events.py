@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from haul_ros.model.air_brake import PneumaticBrake
+from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.sample import FloatArray, Sample
 from haul_ros.model.track import Track
 from haul_ros.physics.train_model import ValveState
+from haul_ros.simulation.applications import ApplicationWatch
 from haul_ros.simulation.overspeed import OverspeedWatch
 from haul_ros.units import NS_PER_S, mps_to_kmh, seconds_to_ns
 
@@ -43,7 +47,13 @@ class EventDetector:
     several couplers or vehicles within one period is one event.
     """
 
-    def __init__(self, consist: Consist, start: TrainState, track: Track | None = None) -> None:
+    def __init__(
+        self,
+        consist: Consist,
+        start: TrainState,
+        track: Track | None = None,
+        brakes: BrakeSystem | PneumaticBrake | None = None,
+    ) -> None:
         self._coupler_names, self._vehicle_names = consist.coupler_names, consist.vehicle_names
         last = len(consist.vehicles) - 1
         self._watched = {last: f"tail, {consist.vehicle_names[last]}"}
@@ -51,6 +61,9 @@ class EventDetector:
         self._half_slack = np.array([gear.slack / 2.0 if gear else 0.0 for gear in consist.couplers])
         self._has_slack = bool(self._half_slack.any())
         self._before = start
+        self._applications = None
+        if isinstance(brakes, PneumaticBrake):
+            self._applications = ApplicationWatch(consist, brakes, partial(_named, names=self._vehicle_names))
         self.overspeed = OverspeedWatch(consist, track or Track())
         """What of the train was faster than the line allows so far."""
 
@@ -60,6 +73,7 @@ class EventDetector:
         return [
             *self._waves(before, now),
             *self._valves(before.valves, now),
+            *self._not_held(now),
             *self._newly_bottomed(before, now),
             *self._closed_slack(before.sample, now.sample),
             *self._stops(before, now),
@@ -94,6 +108,11 @@ class EventDetector:
             at = _named(np.flatnonzero(released), self._vehicle_names)
             found.append(Event(time_ns, EventKind.VALVE, f"{at}: unintended release: no locomotive has asked for it"))
         return found
+
+    def _not_held(self, now: TrainState) -> list[Event]:
+        if self._applications is None or now.valves is None:
+            return []
+        return self._applications.update(now.sample, now.valves)
 
     def _newly_bottomed(self, before: TrainState, now: TrainState) -> list[Event]:
         times = now.bottomed_times

@@ -45,7 +45,8 @@ class SensorBench:
         """Standard normal numbers of force and stroke at each coupler (k, 2)."""
         # All couplers up to the last one measured have theirs drawn, in order, so that which are measured is no matter
         generator = np.random.default_rng([seed, _PURPOSE, number])
-        return generator.standard_normal((int(self._couplers.max()) + 1, 2))[self._couplers]
+        every: FloatArray = generator.standard_normal((int(self._couplers.max()) + 1, 2))
+        return every[self._couplers]
 
 
 def shown(transducer: Transducer, truth: FloatArray, noise: FloatArray) -> FloatArray:

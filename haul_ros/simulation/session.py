@@ -95,7 +95,7 @@ class Session:
             air_between_steps=self._model.pneumatic is not None,
             log=self._entries,
         )
-        self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track)
+        self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track, scenario.brakes)
         self._sensors = SensorBench(scenario)
         self._logged_step = -1
         self._extremes_due_ns = 0
