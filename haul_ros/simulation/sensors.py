@@ -46,7 +46,8 @@ class SensorBench:
         # All couplers up to the last one measured have theirs drawn, in order, so that which are measured is no matter
         generator = np.random.default_rng([seed, _PURPOSE, number])
         every: FloatArray = generator.standard_normal((int(self._couplers.max()) + 1, 2))
-        return every[self._couplers]
+        chosen: FloatArray = every[self._couplers]
+        return chosen
 
 
 def shown(transducer: Transducer, truth: FloatArray, noise: FloatArray) -> FloatArray:
