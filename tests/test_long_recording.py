@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from benchmarks import recording_size
 from haul_ros.model.recording_plan import RecordingPlan, Rounding
 from haul_ros.scenario import load_scenario, parse_override
+from haul_ros.scenario.yaml_file import parse_yaml
 
 ROOT = Path(__file__).parent.parent
 PLAN = RecordingPlan(
@@ -40,7 +40,7 @@ def test_the_readme_the_benchmark_and_the_shipped_parameters_have_the_same_setti
 def test_the_shipped_parameters_are_of_the_node() -> None:
     parameters = pytest.importorskip("haul_ros.ros.parameters", reason="needs message packages of ROS")
     text = (ROOT / "config" / "long_recording.yaml").read_text("utf-8")
-    nested = yaml.safe_load(text)["/**"]["ros__parameters"]
+    nested = parse_yaml(text, "long_recording.yaml").data["/**"]["ros__parameters"]
     rounding = nested.pop("rounding")
     given = parameters.check_given(nested | {f"rounding.{name}": value for name, value in rounding.items()})
     scenario = load_scenario("daqin_descent", parameters.scenario_overrides(given))
