@@ -41,9 +41,6 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.model.sensor import CouplerMeasurement, CouplerSensors
 from haul_ros.units import NS_PER_S
 
-LOGGER = "haul."
-"""Stands before the kind of an event in the name of its logger."""
-
 _INFO, _WARN = 20, 30
 _LEVELS = {
     EventKind.EMERGENCY: _WARN,
@@ -77,6 +74,11 @@ class DiagnosticStatus:
     values: Mapping[str, str]
 
 
+def logger_name(node: str) -> str:
+    """The logger of the node of this full name, as ROS names it: ``yard.haul`` of ``/yard/haul``."""
+    return node.strip("/").replace("/", ".")
+
+
 class TelemetryEncoder:
     """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive.
 
@@ -102,6 +104,7 @@ class TelemetryEncoder:
         self.measured_names = tuple(consist.coupler_names[coupler] for coupler in sensors.couplers) if sensors else ()
         """Of the couplers with sensors."""
         self._measured = measured_codec(self.measured_names, stroke=bool(sensors and sensors.stroke))
+        self._logger = logger_name(prefix)
 
     @classmethod
     def of(cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX) -> TelemetryEncoder:
@@ -206,9 +209,9 @@ class TelemetryEncoder:
         return Message(self.channels.real_time_factor, time_ns, encode_float64(value))
 
     def _event(self, event: Event) -> Message:
-        """An event as an entry of a log, its kind in the name of the logger: ``haul.emergency``."""
+        """An event as an entry of a log, its kind last in the name of the logger: ``haul.emergency``."""
         stamp = new_message("builtin_interfaces/msg/Time", *divmod(event.time_ns, NS_PER_S))
-        name = f"{LOGGER}{event.kind.value}"
+        name = f"{self._logger}.{event.kind.value}"
         entry = new_message(LOG, stamp, _LEVELS[event.kind], name, event.text, "", "", 0)
         return Message(self.channels.events, event.time_ns, serialize(entry, LOG))
 

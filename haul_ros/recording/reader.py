@@ -19,7 +19,7 @@ from mcap.summary import Summary
 from haul_ros.errors import RecordingError
 from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, decode_int32, typestore
 from haul_ros.messages.channels import BOOL, FLOAT64, INT32, LOG, Channel, ChannelTable
-from haul_ros.messages.encoder import LOGGER, Message
+from haul_ros.messages.encoder import Message
 from haul_ros.messages.quantities import (
     CouplerArrays,
     ExtremeArrays,
@@ -311,7 +311,7 @@ class Recording:
             for message in self._messages(self.channels.events.topic):
                 _check_room(events, "events")
                 entry: Any = typestore().deserialize_cdr(message.data, LOG)
-                events.append(Event(message.log_time, EventKind(entry.name.removeprefix(LOGGER)), entry.msg))
+                events.append(Event(message.log_time, EventKind(entry.name.rpartition(".")[2]), entry.msg))
             return tuple(events)
 
     def state_messages(self) -> Iterator[Message]:

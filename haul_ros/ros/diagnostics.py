@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from haul_ros.messages.encoder import DiagnosticStatus
 from haul_ros.recording.writer import RecorderStatus
@@ -17,9 +17,12 @@ OK, WARN, ERROR = 0, 1, 2
 class RunReport:
     """What the diagnostics are made of; counts are since the start of the run, ``recorder`` None: no recording.
 
-    ``replaced`` requests, since the start of the node, were replaced by newer ones before they took effect.
+    ``node`` is its full name, ``scenario`` the name of what it runs. ``replaced`` requests, since the start of the node,
+    were replaced by newer ones before they took effect.
     """
 
+    node: str
+    scenario: str
     time: float
     paused: bool
     timing: LoopTiming
@@ -31,13 +34,15 @@ class RunReport:
 
 
 def statuses(report: RunReport) -> tuple[DiagnosticStatus, ...]:
-    """One status each for pacing, solver, radio, commands and recorder."""
-    return (_pacing(report), _solver(report), _radio(report), _commands(report), _recorder(report.recorder))
+    """One status each for pacing, solver, radio, commands and recorder, named as diagnostic_updater names them."""
+    parts = (_pacing(report), _solver(report), _radio(report), _commands(report), _recorder(report.recorder))
+    return tuple(
+        replace(part, name=f"{report.node.lstrip('/')}: {part.name}", hardware_id=report.scenario) for part in parts
+    )
 
 
 def _status(level: int, part: str, message: str, values: Mapping[str, object]) -> DiagnosticStatus:
-    texts = {key: str(value) for key, value in values.items()}
-    return DiagnosticStatus(level, f"haul: {part}", message, "train", texts)
+    return DiagnosticStatus(level, part, message, "", {key: str(value) for key, value in values.items()})
 
 
 def _pacing(report: RunReport) -> DiagnosticStatus:

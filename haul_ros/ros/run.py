@@ -91,6 +91,8 @@ class TrainRun:
         """Publish the real-time factor and the diagnostics, with the counts of requests that have not come here."""
         session = self._session
         report = RunReport(
+            node=self._encoder.channels.prefix,
+            scenario=session.scenario.name,
             time=session.time,
             paused=paused,
             timing=timing,

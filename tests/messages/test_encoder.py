@@ -151,6 +151,12 @@ def test_an_event_is_an_entry_of_a_log(encoder: TelemetryEncoder) -> None:
     assert decoded(stopped).level == entry.INFO
 
 
+def test_the_logger_of_an_event_is_that_of_the_node(consist: Consist) -> None:
+    # As rclpy names the logger of a node in a namespace
+    (message,) = TelemetryEncoder(consist, "/yard/train_a/haul").entries([EVENT])
+    assert decoded(message).name == "yard.train_a.haul.radio"
+
+
 def test_an_event_is_read_by_rclpy(encoder: TelemetryEncoder) -> None:
     serialization = pytest.importorskip("rclpy.serialization")
     log = pytest.importorskip("rcl_interfaces.msg").Log(level=30, name="haul.radio", msg=EVENT.text)

@@ -152,12 +152,26 @@ def test_messages_that_are_not_in_order_of_time_are_reported(
         recording.couplers()
 
 
-def test_events_are_read_as_they_were(tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder) -> None:
+@pytest.mark.parametrize("node", ["/haul", "/yard/train_a"])
+def test_events_are_read_as_they_were(tmp_path: Path, scenario: Scenario, node: str) -> None:
+    encoder = TelemetryEncoder(scenario.consist, node)
     events = (Event(5, EventKind.EMERGENCY, "master: emergency latched"), Event(7, EventKind.RADIO, "größer"))
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
         recorder.put(encoder.entries(events), 0)
     with Recording(tmp_path / "run.mcap") as recording:
         assert recording.events() == events
+
+
+def test_events_of_a_version_whose_loggers_were_the_same_in_every_namespace_are_read(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder
+) -> None:
+    channels = TelemetryEncoder(scenario.consist, "/yard/train_a").channels
+    event = Event(5, EventKind.EMERGENCY, "master: emergency latched")
+    (message,) = encoder.entries([event])  # by the logger haul.emergency
+    with McapRecorder(tmp_path / "run.mcap", scenario, channels) as recorder:
+        recorder.put([message._replace(channel=channels.events)], 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        assert recording.events() == (event,)
 
 
 def test_commands_are_read_in_the_order_in_which_they_came(run: Path) -> None:

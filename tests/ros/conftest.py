@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,17 +35,17 @@ def observer(own_ros_domain: None) -> Iterator[Observer]:
 
 @pytest.fixture
 def start_node(tmp_path: Path) -> Iterator[Callable[..., LiveNode]]:
-    """Starts nodes: parameters by name (dots as ``__``), all of them gone after the test."""
+    """Starts nodes: parameters by name (dots as ``__``), other ROS arguments as they are; all gone after the test."""
     from tests.ros.live_node import LiveNode
 
     nodes: list[LiveNode] = []
     folder = tmp_path / "run"
     folder.mkdir()
 
-    def start(file_size_limit: int = 0, **parameters: object) -> LiveNode:
+    def start(file_size_limit: int = 0, ros_arguments: Sequence[str] = (), **parameters: object) -> LiveNode:
         named = {name.replace("__", "."): value for name, value in parameters.items()}
         log = tmp_path / f"node_{len(nodes)}.log"
-        nodes.append(LiveNode(folder, log, named, file_size_limit=file_size_limit))
+        nodes.append(LiveNode(folder, log, named, ros_arguments=ros_arguments, file_size_limit=file_size_limit))
         return nodes[-1]
 
     yield start

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import SetBool, Trigger
 
 import haul_ros
-from haul_ros.messages.channels import Channel, channel_table
+from haul_ros.messages.channels import Channel, ChannelTable, channel_table
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros.publishers import endpoint
 
@@ -34,11 +34,20 @@ TABLE = channel_table(LOCOMOTIVES)
 class LiveNode:
     """The node as users start it, in a folder of its own."""
 
-    def __init__(self, folder: Path, log: Path, parameters: Mapping[str, object], *, file_size_limit: int = 0) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        log: Path,
+        parameters: Mapping[str, object],
+        *,
+        ros_arguments: Sequence[str] = (),
+        file_size_limit: int = 0,
+    ) -> None:
         self.folder = folder
         self._log = log
         assignments = [f"{name}:={_yaml(value)}" for name, value in parameters.items()]
-        arguments = ["--ros-args", *(part for assignment in assignments for part in ("-p", assignment))]
+        given = (part for assignment in assignments for part in ("-p", assignment))
+        arguments = ["--ros-args", *given, *ros_arguments]
         code = "import sys; from haul_ros.ros.node import main; sys.exit(main())"
         if file_size_limit:
             limits = (file_size_limit, file_size_limit)
@@ -141,12 +150,12 @@ class Observer:
         }
         return {act: [name for name, _ in names] for act, names in found.items()}
 
-    def send(self, locomotive: str, kind: CommandKind, value: float | bool) -> None:
+    def send(self, locomotive: str, kind: CommandKind, value: float | bool, table: ChannelTable = TABLE) -> None:
         """Publish a command, once the node knows its publisher (which it does before a subscription made later)."""
-        message_type, topic, qos = endpoint(TABLE.commands[kind][locomotive])
+        message_type, topic, qos = endpoint(table.commands[kind][locomotive])
         if topic not in self._publishers:
             self._publishers[topic] = self._node.create_publisher(message_type, topic, qos)
-            heard = self.watch(TABLE.applied_brake[locomotive])
+            heard = self.watch(table.applied_brake[locomotive])
             self.wait_until(lambda: bool(heard), f"a message from the node of {topic}")
         publisher = self._publishers[topic]
         self.wait_until(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")

@@ -36,8 +36,24 @@ SESSION = SessionStatus(
 )
 RECORDER = RecorderStatus(written=100, dropped=0, bytes=4096, failure=None)
 GOOD = RunReport(
-    time=1.0, paused=False, timing=TIMING, session=SESSION, accepted=2, rejected=0, replaced=0, recorder=RECORDER
+    node="/haul",
+    scenario="daqin_1_2_1",
+    time=1.0,
+    paused=False,
+    timing=TIMING,
+    session=SESSION,
+    accepted=2,
+    rejected=0,
+    replaced=0,
+    recorder=RECORDER,
 )
+
+
+def test_names_are_those_of_the_node_so_that_two_trains_are_told_apart() -> None:
+    # diagnostic_updater puts the name of the node before ": ", with use_fqn its namespace too
+    namespaced = statuses(replace(GOOD, node="/yard/train_a/haul"))
+    assert [status.name for status in namespaced][:2] == ["yard/train_a/haul: pacing", "yard/train_a/haul: solver"]
+    assert {status.hardware_id for status in (*namespaced, *statuses(GOOD))} == {"daqin_1_2_1"}
 
 
 def test_what_a_flood_left_out_is_counted() -> None:
