@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
+import json
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
-
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from typing import TYPE_CHECKING, Any
 
 from haul_ros.errors import HaulError
 from haul_ros.model.radio import (
@@ -23,8 +21,12 @@ from haul_ros.model.radio import (
 )
 from haul_ros.model.recording_plan import UNITS
 from haul_ros.model.scenario import Scenario
+from haul_ros.ros.spelling import is_slip, nearest
 from haul_ros.scenario.recording import COARSEST, FINEST, ROUNDING_KEYS
 from haul_ros.units import kmh_to_mps, mps_to_kmh
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterDescriptor
 
 Value = bool | float | int | str
 
@@ -99,15 +101,34 @@ class ParameterRow:
         values: dict[str, Any] = {self.link_field: value}
         return RadioLinkChange(self.slave, **values) if self.slave else None
 
+    def summary(self) -> str:
+        """Description, unit, what is accepted and the default, in a line."""
+        default = "" if self.default is None else f"; default: {json.dumps(self.default)}"
+        return f"{self._described()}: {self.accepted()}{default}"
+
+    def accepted(self) -> str:
+        """What values are accepted, in words."""
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
+        if self.kind is str:
+            return f"text of at most {MOST_TEXT} characters"
+        if self.kind is bool:
+            return _TYPE_NAMES[bool]
+        return f"{_TYPE_NAMES[self.kind]}, {self._expected_number()}"
+
+    def _described(self) -> str:
+        return f"{self.description} [{self.unit}]" if self.unit else self.description
+
     def descriptor(self) -> ParameterDescriptor:
         """What ``ros2 param describe`` shows; the range is also enforced by ROS."""
-        unit = f" [{self.unit}]" if self.unit else ""
+        from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor  # needs ROS
+
         limits = [FloatingPointRange(from_value=self.minimum, to_value=self.maximum)] if self.kind is float else []
         whole = [IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum))] if self.kind is int else []
         return ParameterDescriptor(
             name=self.name,
-            description=f"{self.description}{unit}",
-            additional_constraints=f"one of {', '.join(self.choices)}" if self.choices else "",
+            description=self._described(),
+            additional_constraints=self.accepted(),
             read_only=self.read_only,
             floating_point_range=limits,
             integer_range=whole,
@@ -358,21 +379,28 @@ def _rows_for(names: Iterable[str]) -> dict[str, ParameterRow]:
     return parameter_rows(sorted({part[1] for part in parts if len(part) == 3 and part[0] == "radio"}))
 
 
-def check_given(given: Mapping[str, object]) -> dict[str, Value]:
+def check_given(given: Mapping[str, object]) -> tuple[dict[str, Value], dict[str, str]]:
     """Check what the user gave, before there is a scenario.
+
+    Returns the values, and what is to be said of each name that is another node's: parameter files are shared.
 
     Raises
     ------
     ParameterError
-        Unknown name (with the nearest known one), or a value that its row refuses.
+        A known name misspelt, an unknown one of a radio link, or a value that its row refuses.
     """
     rows = _rows_for(given)
+    known = [*rows, *parameter_rows(["slave_1"])]
+    foreign: dict[str, str] = {}
     for name in given:
-        if name not in rows:
-            near = difflib.get_close_matches(name, [*rows, *parameter_rows(["slave_1"])], n=1)
-            hint = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(row.name for row in _TRAIN_ROWS)}"
+        if name in rows:
+            continue
+        near = nearest(name, known)
+        hint = f"; did you mean {near}?" if near else ""
+        if name.startswith("radio.") or is_slip(name, known):
             raise ParameterError(f"parameter {name} is unknown{hint}")
-    return {name: rows[name].check(value) for name, value in given.items()}
+        foreign[name] = f"parameter {name} is unknown and without effect here{hint}"
+    return {name: rows[name].check(value) for name, value in given.items() if name not in foreign}, foreign
 
 
 def scenario_overrides(given: Mapping[str, Value]) -> dict[str, object]:

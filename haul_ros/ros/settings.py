@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
@@ -30,17 +30,20 @@ class NodeSettings:
     """What the user asked for. Values that the scenario has too are its own unless they were given.
 
     The node has to be made with ``automatically_declare_parameters_from_overrides``: so an unknown
-    name is noticed, and a whole number accepted where a decimal one is meant.
+    name is noticed, which is warned of, and a whole number accepted where a decimal one is meant.
 
     Raises
     ------
     HaulError
-        Unknown parameter, unusable value, or a scenario that cannot be loaded.
+        Misspelt parameter, unusable value, or a scenario that cannot be loaded.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._given = check_given(_given(node))
+        self._given, foreign = check_given(_given(node))
+        for name, warning in foreign.items():
+            cast(Any, node).get_logger().warning(warning)
+            node.undeclare_parameter(name)
         self.scenario = self._load(self._given)
         self._rows = parameter_rows(self.scenario.radio)
         for name, value in values_in_effect(self.scenario, self._given).items():

@@ -134,7 +134,7 @@ def parameters(rng: random.Random, folder: Path) -> Outcome:
     values: list[Any] = [nasty.number, nasty.text, lambda r: r.choice((True, False, None, [1, 2], ["a"], b"x", []))]
     given = {rng.choice(names): rng.choice(values)(rng) for _ in range(rng.randint(1, 4))}
     try:
-        checked = check_given(given)
+        checked, _ = check_given(given)
         if str(checked.get("scenario", "")).startswith("/dev"):
             return Outcome.REFUSED
         loaded = load_scenario(str(checked.get("scenario", "daqin_1_2_1")), scenario_overrides(checked))

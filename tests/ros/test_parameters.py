@@ -38,7 +38,8 @@ def test_every_parameter_is_described_with_unit_range_and_read_only_where_it_is_
 
 
 def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
-    value = check_given({"real_time_factor": 0})["real_time_factor"]
+    checked, _ = check_given({"real_time_factor": 0})
+    value = checked["real_time_factor"]
     assert value == 0.0
     assert isinstance(value, float)
 
@@ -65,7 +66,7 @@ def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
         ("radio.slave_1.fails", "both", r"radio.slave_1.fails = 'both', must be one of none, to_slave, from_slave"),
         ("scenaro", "x", r"parameter scenaro is unknown; did you mean scenario\?"),
         ("radio.slave_1.dely", 1.0, r"parameter radio.slave_1.dely is unknown; did you mean radio.slave_1.delay\?"),
-        ("zzz", 1.0, r"parameter zzz is unknown; there are scenario, dt, "),
+        ("radio.frequency", 1.0, r"parameter radio.frequency is unknown"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(name: str, value: object, message: str) -> None:
@@ -74,8 +75,21 @@ def test_what_cannot_be_is_refused_in_one_line(name: str, value: object, message
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("name", ["update_rate", "publish_tf", "publish_frequency", "rt", "robot.radio.delay"])
+def test_a_parameter_of_another_node_has_no_effect_and_is_told_of(name: str) -> None:
+    checked, foreign = check_given({"dt": 0.002, name: [1, 2]})
+    assert checked == {"dt": 0.002}
+    assert list(foreign) == [name]
+    assert foreign[name].startswith(f"parameter {name} is unknown and without effect here")
+
+
+def test_what_is_told_of_it_has_the_parameter_that_is_most_like_it() -> None:
+    _, foreign = check_given({"publish_tf": True})
+    assert foreign["publish_tf"].endswith("; did you mean publish_rate?")
+
+
 def test_parameters_override_the_scenario_in_its_own_units() -> None:
-    given = check_given(
+    given, _ = check_given(
         {"dt": 0.0005, "publish_rate": 100, "initial_speed": 10.0, "radio.slave_2.delay": 1.5, "record_path": "none"}
     )
     assert scenario_overrides(given) == {
