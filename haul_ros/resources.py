@@ -1,7 +1,9 @@
-"""Where the shipped catalogue, scenarios, lines and schemas are."""
+"""Where the shipped catalogue, scenarios, lines and schemas are, and what calls the command `haul`."""
 
 from __future__ import annotations
 
+import os
+import shutil
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -32,6 +34,14 @@ def config_dir() -> Path:
         if (folder / "catalogue").is_dir():
             return folder
     raise HaulError(f"the data files of haul_ros (share/haul_ros/config) are missing above {package}: install it again")
+
+
+def haul_command() -> str:
+    """What the user types for the command ``haul``: in a ROS workspace it is no program on the path."""
+    prefixes = filter(None, os.getenv("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    if shutil.which("haul") is None and any(Path(prefix, "lib/haul_ros/haul").exists() for prefix in prefixes):
+        return "ros2 run haul_ros haul"
+    return "haul"
 
 
 def shipped_scenarios() -> dict[str, Path]:

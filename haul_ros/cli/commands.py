@@ -107,6 +107,7 @@ def _brake(parser: ArgumentParser) -> None:
     demand.add_argument("demand", metavar="DEMAND", type=float, nargs="?", help="0 release .. 1 full service")
     demand.add_argument("--emergency", action="store_true", help="emergency application")
     demand.add_argument("--release-emergency", action="store_true", help="end an emergency, at standstill only")
+    parser.add_argument("--node", metavar="NAME", default="/haul", help="full name of the node, default: /haul")
 
 
 def _file(parser: ArgumentParser, help_text: str | None = None) -> None:

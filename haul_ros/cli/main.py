@@ -13,6 +13,7 @@ from typing import NoReturn
 
 from haul_ros.cli.commands import COMMANDS
 from haul_ros.errors import HaulError, one_line
+from haul_ros.resources import haul_command
 from haul_ros.version import __version__
 
 USER_ERROR = 2
@@ -92,7 +93,7 @@ def _parse(argv: Sequence[str]) -> argparse.Namespace:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser; the function that carries a command out is named in ``execute``."""
-    parser = _Parser(prog="haul", description="Longitudinal dynamics of heavy-haul trains.")
+    parser = _Parser(prog=haul_command(), description="Longitudinal dynamics of heavy-haul trains.")
     parser.add_argument("--version", action="version", version=f"haul {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in COMMANDS:

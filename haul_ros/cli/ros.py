@@ -11,6 +11,7 @@ from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros import node as ros_node
 from haul_ros.ros.errors import require_ros
 
+_NODE = re.compile("(/[A-Za-z_][A-Za-z0-9_]*)+")
 _LOCOMOTIVE = re.compile("master|slave_[1-9][0-9]{0,3}")
 
 
@@ -50,11 +51,26 @@ def brake(arguments: argparse.Namespace) -> int:
     """Send one brake command and wait until the node has it."""
     command = brake_command(arguments)
     command.check()
+    name = node_name(arguments)
     require_ros()
     from haul_ros.ros.brake_client import publish_command  # needs rclpy
 
-    publish_command(command)
+    publish_command(command, name)
     return 0
+
+
+def node_name(arguments: argparse.Namespace) -> str:
+    """The full name of the node that was asked for, with or without the slash before it.
+
+    Raises
+    ------
+    ArgumentError
+        No node can have that name.
+    """
+    name = f"/{arguments.node.removeprefix('/')}"
+    if not _NODE.fullmatch(name):
+        raise ArgumentError(f"--node {arguments.node!r}: expected the full name of a node, such as /train_a/haul")
+    return name
 
 
 def brake_command(arguments: argparse.Namespace) -> Command:

@@ -23,6 +23,7 @@ from haul_ros.model.recording_plan import RecordingPlan
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import rosbag2_metadata
 from haul_ros.recording.integrity import CHECKSUM, DROPPED, WRITTEN, checksum_of
+from haul_ros.resources import haul_command
 from haul_ros.version import __version__
 
 ACTIVE_SUFFIX = ".active"
@@ -39,7 +40,7 @@ CHUNK_SIZE = 1024 * 1024
 def recovery_hint(path: Path) -> str:
     """The command that makes a whole file of an unfinished or damaged one."""
     target = path.with_suffix("") if path.suffix == ACTIVE_SUFFIX else path.with_stem(f"{path.stem}_recovered")
-    return f"to recover it: haul recover {path} -o {target}"
+    return f"to recover it: {haul_command()} recover {path} -o {target}"
 
 
 def description_of(scenario: Scenario, channels: ChannelTable, compression: str) -> dict[str, str]:

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from haul_ros.errors import CommandError
 from haul_ros.messages.channels import DEFAULT_PREFIX, channel_table
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.consist import MASTER
 from haul_ros.ros.context import ros_client_context
 from haul_ros.ros.publishers import endpoint
 
@@ -73,7 +74,7 @@ def _wait(node: Node, condition: Callable[[], bool], timeout: float, locomotive:
         if not known or locomotive in known:
             hopeful = now
         if now > began + timeout or now > hopeful + _SETTLING:
-            raise CommandError(_why_in_vain(known, locomotive, prefix, timeout))
+            raise CommandError(_why_in_vain(known, _trains(node), locomotive, prefix, timeout))
         executor.spin_once(timeout_sec=_POLL)
 
 
@@ -87,7 +88,19 @@ def _locomotives(node: Node, prefix: str) -> list[str]:
     )
 
 
-def _why_in_vain(known: list[str], locomotive: str, prefix: str, timeout: float) -> str:
+def _trains(node: Node) -> list[str]:
+    """Full names of the nodes that take commands."""
+    tail = f"/{MASTER}/brake_command"
+    return sorted(
+        topic.removesuffix(tail)
+        for topic, _ in node.get_topic_names_and_types()
+        if topic.endswith(tail) and node.get_subscriptions_info_by_topic(topic)
+    )
+
+
+def _why_in_vain(known: list[str], trains: list[str], locomotive: str, prefix: str, timeout: float) -> str:
+    if not known and trains:
+        return f"no node {prefix} found; there is {', '.join(trains)}: --node says which is meant"
     if not known:
         return f"no node {prefix} found; is it running, with the same ROS_DOMAIN_ID?"
     if locomotive in known:

@@ -8,15 +8,19 @@ from collections.abc import Sequence
 from haul_ros.errors import HaulError
 from haul_ros.ros.errors import require_ros
 from haul_ros.ros.signals import ending_signals
+from haul_ros.ros.usage import asks_for_help, usage
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT, SIGTERM or SIGHUP; ``args`` without the program's name, None: those of the process.
 
     Returns the exit status: 0 ended as asked, by any of these signals, which launch and process managers take for a
-    clean end; 1 failed while running, 2 the user's mistake.
+    clean end; 1 failed while running, 2 the user's mistake. ``-h`` or ``--help`` prints what there is to ask for, 0.
     """
     argv = sys.argv if args is None else ["train_node", *args]
+    if asks_for_help(argv[1:]):
+        print(usage())
+        return 0
     with ending_signals() as signals:
         try:
             require_ros()

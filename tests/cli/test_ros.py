@@ -107,8 +107,20 @@ def test_the_brake_command_is_published_as_given(
 ) -> None:
     from haul_ros.ros import brake_client
 
-    sent: list[Command] = []
-    publish: Callable[[Command], None] = sent.append
+    sent: list[tuple[Command, str]] = []
+
+    def publish(command: Command, node: str) -> None:
+        sent.append((command, node))
+
     monkeypatch.setattr(brake_client, "publish_command", publish)
     assert haul("brake", *arguments).status == 0
-    assert sent == [command]
+    assert haul("brake", *arguments, "--node", "/train_a/haul").status == 0
+    assert haul("brake", "--node", "yard/train_b", *arguments).status == 0
+    assert sent == [(command, "/haul"), (command, "/train_a/haul"), (command, "/yard/train_b")]
+
+
+@pytest.mark.parametrize("name", ["", "/", "/train a/haul", "/train_a//haul", "/1", "/train_a/haul/"])
+def test_a_name_that_no_node_can_have_is_refused_before_any_ros(haul: Haul, without_rclpy: None, name: str) -> None:
+    outcome = haul("brake", "master", "0.5", "--node", name)
+    assert outcome.status == 2
+    assert outcome.err == f"haul: --node {name!r}: expected the full name of a node, such as /train_a/haul\n"

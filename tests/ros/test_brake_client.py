@@ -14,7 +14,7 @@ from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.brake_client import publish_command
-from tests.ros.live_node import TABLE, WAIT
+from tests.ros.live_node import TABLE, WAIT, brake
 
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
@@ -46,6 +46,19 @@ def test_an_unknown_locomotive_is_refused_with_those_that_exist(start_node: Call
 def test_without_a_node_the_command_is_refused_after_the_time_out() -> None:
     with pytest.raises(CommandError, match="no node /haul_elsewhere found"):
         publish_command(Command("master", CommandKind.BRAKE, 0.4), prefix="/haul_elsewhere", timeout=0.2)
+
+
+def test_a_node_in_a_namespace_is_reached_by_its_full_name_and_named_where_it_was_not_meant(
+    start_node: Callable[..., LiveNode], observer: Observer
+) -> None:
+    node = start_node(record_path="run.mcap", ros_arguments=["-r", "__ns:=/train_a"])
+    publish_command(brake("master", 0.5), "/train_a/haul", timeout=WAIT)
+    expected = "no node /haul found; there is /train_a/haul: --node says which is meant"
+    with pytest.raises(CommandError, match=expected):
+        publish_command(brake("master", 0.7), timeout=1.0)
+    assert node.end() == 0
+    with Recording(node.folder / "run.mcap") as recording:
+        assert [command for _, command in recording.commands()] == [brake("master", 0.5)]
 
 
 def test_a_value_that_cannot_be_is_refused_at_once() -> None:

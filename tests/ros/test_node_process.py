@@ -70,6 +70,27 @@ def test_a_users_mistake_ends_with_one_line_status_2_and_no_file(
     assert Path("taken.mcap").read_text() == "somebody's"
 
 
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["-h"], ["--ros-args", "-p", "dt:=9.0", "--", "--help"], ["-h", "--ros-args"]]
+)
+def test_help_is_printed_also_where_there_is_no_ros(
+    arguments: list[str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    monkeypatch.setitem(sys.modules, "rcl_interfaces", None)
+    assert main(arguments) == 0
+    printed = capfd.readouterr()
+    assert printed.err == ""
+    assert printed.out.startswith("usage: train_node [-h] [--ros-args ")
+    assert "  radio.<slave>.delay *\n      time from a command" in printed.out
+    assert 'of the recording: one of zstd, lz4, none; default: "zstd"' in printed.out
+
+
+def test_help_among_the_arguments_of_ros_is_ross_own(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["--ros-args", "--help"]) == 2
+    assert "ROS 2 cannot be started with these arguments: " in printed(capfd)[-1]
+
+
 def test_without_rclpy_the_message_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from haul_ros import resources
 from haul_ros.errors import HaulError
+from haul_ros.recording.run_file import recovery_hint
 
 
 @pytest.fixture
@@ -58,3 +59,25 @@ def test_the_shipped_scenarios_go_by_the_names_of_their_files() -> None:
     shipped = resources.shipped_scenarios()
     assert shipped["daqin_1_2_1"].name == "daqin_1_2_1.yaml"
     assert list(shipped) == sorted(shipped)
+
+
+@pytest.mark.parametrize(
+    ("in_workspace", "on_path", "command"),
+    [
+        (True, False, "ros2 run haul_ros haul"),
+        (True, True, "haul"),
+        (False, False, "haul"),
+    ],
+)
+def test_in_a_workspace_the_command_is_called_through_ros2(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_workspace: bool, on_path: bool, command: str
+) -> None:
+    programs, prefix = tmp_path / "bin", tmp_path / "install/haul_ros"
+    for folder, there in ((programs, on_path), (prefix / "lib/haul_ros", in_workspace)):
+        folder.mkdir(parents=True)
+        if there:
+            (folder / "haul").touch(0o755)
+    monkeypatch.setenv("PATH", str(programs))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/opt/ros/jazzy:{prefix}:")
+    assert resources.haul_command() == command
+    assert recovery_hint(Path("run.mcap.active")) == (f"to recover it: {command} recover run.mcap.active -o run.mcap")
