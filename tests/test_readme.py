@@ -1,9 +1,12 @@
 """The README shows what works: its scenario loads, its first commands exist, its Python runs."""
 
+import importlib.metadata
 import re
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import haul_ros
 from haul_ros.scenario import load_scenario, load_scenario_text
@@ -28,6 +31,18 @@ def test_the_line_in_the_readme_loads(tmp_path: Path) -> None:
     track = load_scenario("daqin_1_2_1", {"track.file": str(tmp_path / "line.csv")}).track
     assert track.grades == ((0.0, -0.004), (2000.0, -0.009))
     assert (track.curves, track.grade_ramp) == (((500.0, 1 / 800), (900.0, 0.0)), 200.0)
+
+
+def test_what_rosdep_is_told_to_skip_pip_installs_within_the_bounds_of_the_package() -> None:
+    # Keys that rosdep resolves to pip alone, and what each brings; Ubuntu 24.04 lets rosdep install neither
+    by_pip = {"python3-rosbags-pip": "rosbags", "mcap-ros2-support": "mcap"}
+    ((skipped, given),) = re.findall(r'^rosdep install .* --skip-keys "(.*)"\npip install --user (.*)$', README, re.M)
+    package = ET.parse(ROOT / "package.xml")
+    assert set(skipped.split()) == by_pip.keys() <= {element.text for element in package.iter("exec_depend")}
+    requirements = {Requirement(text) for text in importlib.metadata.requires("haul_ros") or ()}
+    installed = {Requirement(text) for text in re.findall(r"'(.*?)'", given)}
+    assert {requirement.name for requirement in installed} == set(by_pip.values())
+    assert installed <= requirements
 
 
 def test_get_started_begins_with_two_bash_blocks_of_one_existing_command_each() -> None:

@@ -17,8 +17,8 @@ OK, WARN, ERROR = 0, 1, 2
 class RunReport:
     """What the diagnostics are made of; counts are since the start of the run, ``recorder`` None: no recording.
 
-    ``node`` is its full name, ``scenario`` the name of what it runs. ``replaced`` requests, since the start of the node,
-    were replaced by newer ones before they took effect.
+    ``node`` is its full name, ``scenario`` the name of what it runs. ``replaced`` requests, since the start of the
+    node, were replaced by newer ones before they took effect.
     """
 
     node: str
