@@ -68,7 +68,7 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     """
     scenario = recorded_scenario(recording)
     session = Session(scenario, requests=recording.requests())
-    encoder = TelemetryEncoder.of(scenario, recording.channels.prefix)
+    encoder = TelemetryEncoder.like(recording.channels, scenario)
     messages, differing = 0, 0
     first: Difference | None = None
     counted = (*recording.channels.samples, *recording.channels.measured)

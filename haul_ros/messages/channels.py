@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
@@ -52,13 +53,20 @@ class Channel:
     """One topic by its full name, its message type (``package/msg/Type``) and offered quality of service.
 
     The values of the policies in ``qos`` are those of rmw, so ``rclpy.qos.DurabilityPolicy(qos.durability.value)``
-    is the same policy. What is ``received`` the node subscribes to, and records but does not publish.
+    is the same policy. What is ``received`` the node subscribes to, and records but does not publish. A topic that is
+    remapped is ``remapped_from`` another name.
     """
 
     topic: str
     msgtype: str
     qos: Qos
     received: bool = False
+    remapped_from: str = ""
+
+    @property
+    def name(self) -> str:
+        """The topic's name as the node knows it, before it is remapped."""
+        return self.remapped_from or self.topic
 
 
 @dataclass(frozen=True)
@@ -108,6 +116,26 @@ class ChannelTable:
         """What tells of the train's motion alone, so that the same run gives the same bytes."""
         return (*self.samples, *self.measured, self.max_compression, self.max_tension)
 
+    @property
+    def remapped(self) -> dict[str, str]:
+        """Topics that are remapped, by their names before."""
+        return {channel.name: channel.topic for channel in self if channel.remapped_from}
+
+    def resolved(self, resolve: Callable[[str], str]) -> ChannelTable:
+        """The same channels on the topics to which their names are resolved.
+
+        Raises
+        ------
+        ValueError
+            Two of them would be on one topic, where nobody could tell them apart.
+        """
+        table = replace(self, **{field.name: _resolved(getattr(self, field.name), resolve) for field in fields(self)})
+        topic, count = Counter(channel.topic for channel in table).most_common(1)[0]
+        if count > 1:
+            names = " and ".join(channel.name for channel in table if channel.topic == topic)
+            raise ValueError(f"{names} are remapped to {topic}, expected a topic for each")
+        return table
+
     def __iter__(self) -> Iterator[Channel]:
         yield from self.samples
         yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
@@ -119,6 +147,16 @@ class ChannelTable:
             yield from by_locomotive.values()
         for by_slave in self.radio.values():
             yield from by_slave.values()
+
+
+def _resolved(value: object, resolve: Callable[[str], str]) -> object:
+    """A field of a table with its channels on other topics."""
+    if isinstance(value, Channel):
+        topic = resolve(value.name)
+        return replace(value, topic=topic, remapped_from="" if topic == value.name else value.name)
+    if isinstance(value, Mapping):
+        return MappingProxyType({key: _resolved(item, resolve) for key, item in value.items()})
+    return value
 
 
 _COMMANDS = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from haul_ros.messages.cdr import (
     new_message,
     serialize,
 )
-from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, channel_table
+from haul_ros.messages.channels import DEFAULT_PREFIX, DIAGNOSTICS, LOG, Channel, ChannelTable, channel_table
 from haul_ros.messages.quantities import (
     COUPLER_QUANTITIES,
     EXTREME_QUANTITIES,
@@ -83,6 +83,12 @@ class TelemetryEncoder:
     """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive.
 
     Samples are rounded here, and nothing else is: requests, events, efforts and extremes have all their bits.
+    ``prefix`` is the full name of the node; ``resolve`` gives the topic for a name, where topics are remapped.
+
+    Raises
+    ------
+    ValueError
+        Two names are remapped to one topic.
     """
 
     def __init__(
@@ -93,9 +99,11 @@ class TelemetryEncoder:
         pneumatic: bool = False,
         rounding: Rounding | None = None,
         sensors: CouplerSensors | None = None,
+        resolve: Callable[[str], str] = lambda name: name,
     ) -> None:
         locomotives = [locomotive.name for locomotive in consist.locomotives]
-        self.channels = channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors is not None)
+        table = channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors is not None)
+        self.channels = table.resolved(resolve)
         self._rounding = rounding or Rounding()
         self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
@@ -107,11 +115,21 @@ class TelemetryEncoder:
         self._logger = logger_name(prefix)
 
     @classmethod
-    def of(cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX) -> TelemetryEncoder:
+    def of(
+        cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX, resolve: Callable[[str], str] = lambda name: name
+    ) -> TelemetryEncoder:
         """The encoder of a scenario's train, with the topics that its brake has."""
         pneumatic = isinstance(scenario.brakes, PneumaticBrake)
         plan, sensors = scenario.recording, scenario.sensors
-        return cls(scenario.consist, prefix, pneumatic=pneumatic, rounding=plan.rounding, sensors=sensors)
+        return cls(
+            scenario.consist, prefix, pneumatic=pneumatic, rounding=plan.rounding, sensors=sensors, resolve=resolve
+        )
+
+    @classmethod
+    def like(cls, channels: ChannelTable, scenario: Scenario) -> TelemetryEncoder:
+        """The encoder of a scenario's train for the topics of a table, remapped as they are there."""
+        remapped = channels.remapped
+        return cls.of(scenario, channels.prefix, lambda name: remapped.get(name, name))
 
     def messages(self, log: PeriodLog) -> list[Message]:
         """All messages of a log, in its order: entries, sample, measurement, extremes.

@@ -16,7 +16,10 @@ LONGEST_TEXT = 10_000
 """Characters of a description in words, as in a scenario; names have at most `LONGEST_NAME`."""
 LONGEST_NAME = 255
 
-_PREFIX = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+LONGEST_REMAPPING = 200_000
+"""Characters of all remapped topics and their names before."""
+
+_TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 _LOCOMOTIVE = re.compile(r"master|slave_[1-9][0-9]{0,3}")
 _COUPLER = re.compile(r"coupler_[0-9]{3,4}")
 _COUNT = re.compile(r"0|[1-9][0-9]{0,5}")
@@ -37,6 +40,8 @@ _LENGTHS = {
 }
 _OPTIONAL = {"record_rate", "record_every", "rounding", "measured_couplers"}
 """Of samples that are recorded as they are published, with all their bits, and of no sensors nothing is said."""
+_REMAPPED = "remapped_topics"
+"""An entry that an older version does not have."""
 
 
 def check_form(description: Mapping[str, str]) -> None:
@@ -52,7 +57,7 @@ def check_form(description: Mapping[str, str]) -> None:
     for key, longest in _LENGTHS.items():
         if len(description.get(key, "")) > longest:
             raise ValueError(f"description of the run: {key} of {len(description[key])} characters")
-    if not _PREFIX.fullmatch(description["topic_prefix"]):
+    if not _TOPIC.fullmatch(description["topic_prefix"]):
         raise _wrong(description, "topic_prefix", "a name such as /haul")
     if description["compression"] not in ("zstd", "lz4", "none"):
         raise _wrong(description, "compression", "zstd, lz4 or none")
@@ -62,7 +67,7 @@ def check_form(description: Mapping[str, str]) -> None:
         raise _wrong(description, "time_step", "seconds")
     locomotive_names(description)
     recording_plan(description)
-    measured_couplers(description)
+    described_channels(description)
     if not _is_positive(description.get("record_rate", "1")):
         raise _wrong(description, "record_rate", "samples a second")
     vehicles, couplers = (_count(description, key) for key in ("vehicles", "couplers"))
@@ -109,7 +114,25 @@ def described_channels(description: Mapping[str, str]) -> ChannelTable:
     """The topics of the train of a description in form; an older version may not have recorded all of them."""
     pneumatic, sensors = description.get("brake") == "pneumatic", bool(measured_couplers(description))
     locomotives, prefix = locomotive_names(description), description["topic_prefix"]
-    return channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors)
+    table = channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors)
+    remapped = _remapped_topics(description)
+    return table.resolved(lambda name: remapped.get(name, name))
+
+
+def _remapped_topics(description: Mapping[str, str]) -> dict[str, str]:
+    """Topics by the names from which they were remapped; ValueError: they are none."""
+    text = description.get(_REMAPPED, "{}")
+    try:
+        remapped = json.loads(text) if len(text) <= LONGEST_REMAPPING else None
+    except (ValueError, RecursionError):
+        remapped = None
+    if not isinstance(remapped, dict) or not all(_is_topic(topic) for item in remapped.items() for topic in item):
+        raise _wrong(description, _REMAPPED, "topics by name")
+    return remapped
+
+
+def _is_topic(text: object) -> bool:
+    return isinstance(text, str) and len(text) <= LONGEST_NAME and _TOPIC.fullmatch(text) is not None
 
 
 def _is_positive(text: str) -> bool:

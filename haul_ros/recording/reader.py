@@ -401,7 +401,10 @@ class Recording:
         return columns
 
     def _full_name(self, topic: str) -> str:
-        return topic if topic.startswith("/") else f"{self.channels.prefix}/{topic}"
+        if topic.startswith("/"):
+            return topic
+        name = f"{self.channels.prefix}/{topic}"
+        return self.channels.remapped.get(name, name)
 
     def _border(self) -> AbstractContextManager[None]:
         return reading(self.path)

@@ -62,6 +62,7 @@ def description_of(scenario: Scenario, channels: ChannelTable, compression: str)
         "brake": "pneumatic" if isinstance(scenario.brakes, PneumaticBrake) else "empirical",
         "locomotives": json.dumps([locomotive.name for locomotive in scenario.consist.locomotives]),
         "topic_prefix": channels.prefix,
+        "remapped_topics": json.dumps(channels.remapped),
         "sign_convention": "compression positive",
         "compression": compression,
     }

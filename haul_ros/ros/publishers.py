@@ -31,8 +31,8 @@ def qos_profile(qos: Qos) -> QoSProfile:
 
 
 def endpoint(channel: Channel) -> tuple[Any, str, QoSProfile]:
-    """Message class, topic and quality of service, as ``create_publisher`` takes them."""
-    return message_class(channel.msgtype), channel.topic, qos_profile(channel.qos)
+    """Message class, topic before it is remapped and quality of service, as ``create_publisher`` takes them."""
+    return message_class(channel.msgtype), channel.name, qos_profile(channel.qos)
 
 
 class Publishers:

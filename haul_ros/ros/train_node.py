@@ -103,7 +103,7 @@ class TrainNode(Node):
         self._log: RcutilsLogger = cast(Any, self).get_logger()
         self._settings = NodeSettings(self)
         scenario = self._settings.scenario
-        self._encoder = TelemetryEncoder.of(scenario, self.get_fully_qualified_name())
+        self._encoder = self._new_encoder(scenario)
         self._outlet = self._create_publishers()
         self._warned: dict[str, float] = {}
         self._last_reset = -inf
@@ -158,6 +158,12 @@ class TrainNode(Node):
         ):  # if the shutdown came between two waits: RCLError; at once: no handle any more
             if self.context.ok():
                 raise
+
+    def _new_encoder(self, scenario: Scenario) -> TelemetryEncoder:
+        try:
+            return TelemetryEncoder.of(scenario, self.get_fully_qualified_name(), self.resolve_topic_name)
+        except ValueError as error:
+            raise RosError(f"{error}: a recording could not tell them apart") from error
 
     def _create_publishers(self) -> Publishers:
         clock = [CLOCK_CHANNEL] if self._settings.flag("publish_clock") else []

@@ -5,6 +5,7 @@ from rosbags.interfaces import QosDurability
 
 from haul_ros.messages.cdr import typestore
 from haul_ros.messages.channels import channel_table
+from haul_ros.model.command import CommandKind
 from haul_ros.model.radio import CHANGEABLE
 
 TABLE = channel_table(["master", "slave_1", "slave_2"])
@@ -39,6 +40,32 @@ def test_private_topics_follow_the_name_of_the_node() -> None:
     assert table.couplers.topic == "/yard/train_7/couplers"
     assert table.applied_brake["master"].topic == "/yard/train_7/master/applied_brake"
     assert table.diagnostics.topic == "/diagnostics"
+
+
+def test_remapped_topics_keep_their_part_and_their_names() -> None:
+    topics = {
+        "/haul/couplers": "/fleet/couplers",
+        "/diagnostics": "/fleet/diagnostics",
+        "/haul/slave_1/brake_command": "/desk/brake",
+        # changed places
+        "/haul/max_compression": "/haul/max_tension",
+        "/haul/max_tension": "/haul/max_compression",
+    }
+    table = TABLE.resolved(lambda name: topics.get(name, name))
+    assert table.couplers.topic == "/fleet/couplers"
+    assert table.commands[CommandKind.BRAKE]["slave_1"].topic == "/desk/brake"
+    assert table.commands[CommandKind.BRAKE]["slave_2"] == TABLE.commands[CommandKind.BRAKE]["slave_2"]
+    assert table.max_tension.topic == "/haul/max_compression"
+    assert table.remapped == topics
+    assert [channel.name for channel in table] == [channel.topic for channel in TABLE]
+    assert TABLE.remapped == {}
+
+
+def test_two_on_one_topic_are_refused() -> None:
+    topics = {"/haul/master/brake_command": "/brake", "/haul/slave_1/brake_command": "/brake"}
+    expected = "/haul/master/brake_command and /haul/slave_1/brake_command are remapped to /brake, expected a topic"
+    with pytest.raises(ValueError, match=expected):
+        TABLE.resolved(lambda name: topics.get(name, name))
 
 
 def test_only_state_that_changes_seldom_is_latched() -> None:

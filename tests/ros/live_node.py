@@ -137,6 +137,23 @@ class Observer:
         self._node.create_subscription(*endpoint(channel)[:2], received.append, endpoint(channel)[2])
         return received
 
+    def watch_on(self, topic: str, channel: Channel) -> list[Any]:
+        """The same of a channel on a topic of another name."""
+        received: list[Any] = []
+        message_type, _, qos = endpoint(channel)
+        self._node.create_subscription(message_type, topic, received.append, qos)
+        return received
+
+    def publish_on(self, topic: str, channel: Channel, value: float) -> None:
+        """Publish a number on a topic of another name than its channel's, once a node has subscribed there."""
+        message_type, _, qos = endpoint(channel)
+        publisher = self._node.create_publisher(message_type, topic, qos)
+        self.wait_until(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
+        self.receive_for(1.0)  # the node has to know this publisher too
+        message = message_type()
+        message.data = value
+        publisher.publish(message)
+
     def subscribers_of(self, channel: Channel) -> int:
         """How many subscriptions of a topic have been found."""
         return int(self._node.count_subscribers(channel.topic))
