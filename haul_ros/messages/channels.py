@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
+from typing import Any
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
@@ -129,7 +130,8 @@ class ChannelTable:
         ValueError
             Two of them would be on one topic, where nobody could tell them apart.
         """
-        table = replace(self, **{field.name: _resolved(getattr(self, field.name), resolve) for field in fields(self)})
+        changes: dict[str, Any] = {f.name: _resolved(getattr(self, f.name), resolve) for f in fields(self)}
+        table = replace(self, **changes)
         topic, count = Counter(channel.topic for channel in table).most_common(1)[0]
         if count > 1:
             names = " and ".join(channel.name for channel in table if channel.topic == topic)

@@ -33,12 +33,19 @@ class RunReport:
     recorder: RecorderStatus | None
 
 
+def starting(node: str, scenario: str, what: str) -> DiagnosticStatus:
+    """The status of pacing of a node that does not simulate yet, and what it does instead."""
+    return DiagnosticStatus(OK, _name(node, "pacing"), f"starting: {what}", scenario, {})
+
+
 def statuses(report: RunReport) -> tuple[DiagnosticStatus, ...]:
     """One status each for pacing, solver, radio, commands and recorder, named as diagnostic_updater names them."""
     parts = (_pacing(report), _solver(report), _radio(report), _commands(report), _recorder(report.recorder))
-    return tuple(
-        replace(part, name=f"{report.node.lstrip('/')}: {part.name}", hardware_id=report.scenario) for part in parts
-    )
+    return tuple(replace(part, name=_name(report.node, part.name), hardware_id=report.scenario) for part in parts)
+
+
+def _name(node: str, part: str) -> str:
+    return f"{node.lstrip('/')}: {part}"
 
 
 def _status(level: int, part: str, message: str, values: Mapping[str, object]) -> DiagnosticStatus:

@@ -10,14 +10,26 @@ from haul_ros.recording.run_file import ACTIVE_SUFFIX
 from haul_ros.ros.parameters import NO_RECORDING
 
 
-def first_recording(record_path: str, scenario_name: str, now: datetime) -> Path | None:
-    """File to record to, from the parameter ``record_path`` and the time ``now`` in UTC; None: no recording."""
+def recording_path(record_path: str, scenario_name: str, begins: datetime, *, again: bool = False) -> Path | None:
+    """File to record a run to that ``begins`` now (UTC), by the parameter ``record_path``; None: no recording.
+
+    A path that was asked for is used as it is once, and ``again`` with a number, as a name that the time gives where it
+    is taken.
+    """
     if record_path == NO_RECORDING:
         return None
-    return Path(record_path or f"{scenario_name}_{now:%Y%m%dT%H%M%SZ}.mcap")
+    if record_path:
+        return _numbered(Path(record_path)) if again else Path(record_path)
+    path = Path(f"{scenario_name}_{begins:%Y%m%dT%H%M%SZ}.mcap")
+    return _numbered(path) if _is_taken(path) else path
 
 
-def following_recording(first: Path) -> Path:
-    """The first of ``run_2.mcap``, ``run_3.mcap`` ... after ``run.mcap`` that is not taken, not even unfinished."""
+def _numbered(first: Path) -> Path:
+    """The first of ``run_2.mcap``, ``run_3.mcap`` ... after ``run.mcap`` that is not taken."""
     candidates = (first.with_name(f"{first.stem}_{number}{first.suffix}") for number in count(2))
-    return next(path for path in candidates if not (path.exists() or Path(f"{path}{ACTIVE_SUFFIX}").exists()))
+    return next(path for path in candidates if not _is_taken(path))
+
+
+def _is_taken(path: Path) -> bool:
+    """Whether there is such a file, be it unfinished."""
+    return path.exists() or Path(f"{path}{ACTIVE_SUFFIX}").exists()

@@ -26,7 +26,8 @@ class TrainRun:
 
     Everything that is published but the clock is given to the recorder too, in the same bytes; what the node only
     receives, and the scenario's own commands, are recorded only. ``recorder`` None: nothing is recorded. With
-    ``publish_clock`` the simulation time goes out ahead of each sample.
+    ``publish_clock`` the simulation time goes out ahead of each sample. ``tell`` is called with the end of the
+    recording in words.
     """
 
     def __init__(
@@ -37,12 +38,14 @@ class TrainRun:
         recorder: McapRecorder | None,
         *,
         publish_clock: bool = False,
+        tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._session = session
         self._encoder = encoder
         self._publish = publish
         self._recorder = recorder
         self._publish_clock = publish_clock
+        self._tell = tell
         self._accepted = 0
         self._rejected = 0
 
@@ -122,6 +125,12 @@ class TrainRun:
         finally:
             if self._recorder:
                 self._recorder.close()
+                self._tell(self._end_of(self._recorder))
+
+    def _end_of(self, recorder: McapRecorder) -> str:
+        status = recorder.status
+        whole = f"incomplete, {status.dropped} messages dropped" if status.dropped else "complete"
+        return f"{recorder.path}: recording {whole}: {status.written} messages of {self._session.time:.3f} s"
 
     def _put_log(self, *, last: bool = False) -> None:
         log = self._session.take_log(last=last)

@@ -15,6 +15,7 @@ from typing import Any, cast
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import ok, remove_ros_args
@@ -28,11 +29,13 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import COMPILING, kernel_is_cached
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.context import ros_node_context, shut_down
+from haul_ros.ros.diagnostics import starting
 from haul_ros.ros.errors import RosError
 from haul_ros.ros.loop import SimulationLoop
-from haul_ros.ros.parameters import ParameterError
+from haul_ros.ros.parameters import NO_RECORDING, ParameterError
 from haul_ros.ros.publishers import Publishers, endpoint
-from haul_ros.ros.recordings import first_recording, following_recording
+from haul_ros.ros.recordings import recording_path
+from haul_ros.ros.repeating import repeated
 from haul_ros.ros.run import CLOCK_CHANNEL, TrainRun
 from haul_ros.ros.settings import NodeSettings
 from haul_ros.ros.signals import EndingSignals
@@ -52,6 +55,8 @@ _BREATH = 0.001
 """Wall time [s] of that."""
 _NAMESAKES_PERIOD = 5.0
 """Wall time [s] between two looks for another node of the same name."""
+_TOLD_AGAIN = 1.0
+"""Wall time [s] after which it is told again that the model is being compiled."""
 _WARNING_PERIOD = 1.0
 """Shortest time [s] between two warnings about the requests of one source."""
 
@@ -115,10 +120,7 @@ class TrainNode(Node):
         self.create_service(Trigger, "~/step", self._step)
         self.create_service(Trigger, "~/reset", self._reset)
         self.add_post_set_parameters_callback(self._apply_parameters)
-        self._first_recording = first_recording(self._settings.text("record_path"), scenario.name, datetime.now(UTC))
-        if not kernel_is_cached():
-            self._log.info(COMPILING)
-        Session(scenario)  # compiles where needed, while nothing is open yet and a signal can still interrupt
+        self._compile(scenario)
 
     def run(self) -> int:
         """Simulate until ROS is shut down or the simulation fails; returns the exit status.
@@ -130,7 +132,7 @@ class TrainNode(Node):
         """
         scenario = self._settings.scenario
         self._loop = SimulationLoop(
-            self._new_run(scenario, self._first_recording),
+            self._new_run(scenario),
             round(NS_PER_S / scenario.sample_rate),
             self._settings.number("real_time_factor"),
             on_rejected=self._warn_rejected,
@@ -159,6 +161,15 @@ class TrainNode(Node):
             if self.context.ok():
                 raise
 
+    def _compile(self, scenario: Scenario) -> None:
+        """Compile where needed, while nothing is open yet and a signal can still interrupt."""
+        if kernel_is_cached():
+            return
+        self._log.info(COMPILING)
+        status = starting(self.get_fully_qualified_name(), scenario.name, COMPILING)
+        with repeated(lambda: self._outlet.publish([self._encoder.diagnostics(0, [status])]), _TOLD_AGAIN):
+            Session(scenario)
+
     def _new_encoder(self, scenario: Scenario) -> TelemetryEncoder:
         try:
             return TelemetryEncoder.of(scenario, self.get_fully_qualified_name(), self.resolve_topic_name)
@@ -175,19 +186,27 @@ class TrainNode(Node):
                 message_type, topic, qos = endpoint(channel)
                 self.create_subscription(message_type, topic, partial(self._on_command, locomotive, kind), qos)
 
-    def _new_run(self, scenario: Scenario, recording: Path | None) -> TrainRun:
+    def _new_run(self, scenario: Scenario, *, again: bool = False) -> TrainRun:
         session = Session(scenario, play_commands=self._settings.flag("scenario_commands"))
+        recording = recording_path(self._settings.text("record_path"), scenario.name, datetime.now(UTC), again=again)
         recorder = self._new_recorder(scenario, recording) if recording else None
         train = f"{len(scenario.consist.vehicles)} vehicles at {mps_to_kmh(scenario.initial_speed):.1f} km/h"
         output = f"recording to {recording}" if recording else "not recording"
-        self._log.info(f"{scenario.name}: {train}, {output}")
+        self._log.info(f"{'reset: ' if again else ''}{scenario.name}: {train}, {output}")
         return TrainRun(
             session,
             self._encoder,
             self._outlet.publish,
             recorder,
             publish_clock=self._settings.flag("publish_clock"),
+            tell=self._tell_of_end,
         )
+
+    def _tell_of_end(self, what: str) -> None:
+        if ok(context=self.context):
+            self._log.info(what)
+        else:  # the node's own logger would publish on /rosout, and complain that it cannot any more
+            get_logger(f"{self._log.name}.recorder").info(what)
 
     def _new_recorder(self, scenario: Scenario, path: Path) -> McapRecorder:
         # As fast as possible there is no time to lose by waiting for the disk, in real time there is
@@ -251,8 +270,7 @@ class TrainNode(Node):
             response.success, response.message = False, refusal
             return response
         try:
-            first = self._first_recording
-            run = self._new_run(self._settings.scenario_again(), following_recording(first) if first else None)
+            run = self._new_run(self._settings.scenario_again(), again=True)
         except HaulError as error:
             response.success, response.message = False, str(error)
             return response
@@ -265,7 +283,7 @@ class TrainNode(Node):
         interval, most = self._settings.number("reset_interval"), int(self._settings.number("max_recordings"))
         if monotonic() < self._last_reset + interval:
             return f"refused: at most one reset in {interval:g} s (parameter reset_interval)"
-        if self._first_recording and self._recordings >= most:
+        if self._settings.text("record_path") != NO_RECORDING and self._recordings >= most:
             return f"refused: {self._recordings} recordings were begun, which is all (parameter max_recordings)"
         return ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -42,10 +42,17 @@ def start_node(tmp_path: Path) -> Iterator[Callable[..., LiveNode]]:
     folder = tmp_path / "run"
     folder.mkdir()
 
-    def start(file_size_limit: int = 0, ros_arguments: Sequence[str] = (), **parameters: object) -> LiveNode:
+    def start(
+        file_size_limit: int = 0, ros_arguments: Sequence[str] = (), prelude: str = "", **parameters: object
+    ) -> LiveNode:
         named = {name.replace("__", "."): value for name, value in parameters.items()}
         log = tmp_path / f"node_{len(nodes)}.log"
-        nodes.append(LiveNode(folder, log, named, ros_arguments=ros_arguments, file_size_limit=file_size_limit))
+        more: dict[str, Any] = {
+            "ros_arguments": ros_arguments,
+            "file_size_limit": file_size_limit,
+            "prelude": prelude,
+        }
+        nodes.append(LiveNode(folder, log, named, **more))
         return nodes[-1]
 
     yield start

@@ -42,6 +42,7 @@ class LiveNode:
         *,
         ros_arguments: Sequence[str] = (),
         file_size_limit: int = 0,
+        prelude: str = "",
     ) -> None:
         self.folder = folder
         self._log = log
@@ -52,6 +53,7 @@ class LiveNode:
         if file_size_limit:
             limits = (file_size_limit, file_size_limit)
             code = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, {limits}); {code}"
+        code = f"{prelude}\n{code}"
         sources = str(Path(haul_ros.__path__[0]).parent)
         environment = {
             **os.environ,

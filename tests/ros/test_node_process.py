@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -265,3 +266,57 @@ def test_at_whatever_instant_of_the_start_a_signal_comes_the_node_ends_with_stat
         assert (ended.returncode, told) == (0, []), f"{name} at call {instant} of {calls}"
         assert not list(tmp_path.glob("*.active"))
         (tmp_path / "run.mcap").unlink(missing_ok=True)
+
+
+def test_the_end_of_a_recording_and_a_reset_are_logged_and_files_are_named_when_they_begin(
+    start_node: StartNode, observer: Observer
+) -> None:
+    before = datetime.now(UTC).replace(microsecond=0)
+    node = start_node(reset_interval=0.0)
+    couplers = Couplers(observer)
+    couplers.wait_for_time(10**9)
+    observer.receive_for(1.5)  # so that the second recording begins in another second
+    assert observer.pause().success
+    assert observer.reset().success
+    assert observer.step().message == "stepped at 0.020 s"
+    assert node.end() == 0
+    first, second = sorted(node.folder.iterdir(), key=lambda path: path.stat().st_mtime_ns)
+    begun = [
+        datetime.strptime(path.name, "daqin_1_2_1_%Y%m%dT%H%M%SZ.mcap").replace(tzinfo=UTC) for path in (first, second)
+    ]
+    assert before <= begun[0] < begun[1]
+    for path in (first, second):
+        with Recording(path) as recording:
+            facts = recording.info()
+        told = f"{path.name}: recording complete: {facts.messages} messages of {facts.end_ns / 1e9:.3f} s"
+        assert told in node.log
+    assert f"reset: daqin_1_2_1: 208 vehicles at 80.0 km/h, recording to {second.name}" in node.log
+    assert node.log.count("reset: ") == 1
+    assert "Traceback" not in node.log
+    assert "to rosout" not in node.log
+
+
+COMPILES = """
+import time
+from haul_ros.ros import train_node
+
+class Compiled(train_node.Session):
+    def __init__(self, *arguments, **more):
+        if not hasattr(Compiled, "waited"):
+            Compiled.waited = time.sleep(5.0)
+        super().__init__(*arguments, **more)
+
+train_node.Session = Compiled
+train_node.kernel_is_cached = lambda: False
+"""
+
+
+def test_while_the_model_is_compiled_the_diagnostics_say_so(start_node: StartNode, observer: Observer) -> None:
+    start_node(record_path="none", prelude=COMPILES)
+    reports = observer.watch_typed(TABLE.diagnostics)
+    observer.wait_until(lambda: any(len(report.status) > 1 for report in reports), "a report of the train")
+    told = [report.status for report in reports if len(report.status) == 1]
+    assert len(told) >= 2
+    for (status,) in told:
+        assert (status.level, status.name, status.hardware_id) == (b"\x00", "haul: pacing", "daqin_1_2_1")
+        assert status.message.startswith("starting: compiling the model")
