@@ -11,6 +11,7 @@ from haul_ros.analysis.summary import recorded_scenario
 from haul_ros.errors import CommandError, RecordingError
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.consist import Consist
+from haul_ros.model.fault import Fault
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.sample import Sample
 from haul_ros.recording.info import RecordingInfo
@@ -67,7 +68,7 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
         The recording is damaged, of another train than its scenario's, or holds a command that cannot be carried out.
     """
     scenario = recorded_scenario(recording)
-    session = Session(scenario, requests=recording.requests())
+    session = Session(scenario, requests=recording.requests(), play_faults=False)
     encoder = TelemetryEncoder.like(recording.channels, scenario)
     messages, differing = 0, 0
     first: Difference | None = None
@@ -151,7 +152,8 @@ def _missing_of_rate(
 def session_with_changes(recording: Recording, overrides: Mapping[str, object]) -> Session:
     """The recorded commands for the recorded scenario with values replaced; at least as long as the recorded run.
 
-    Recorded changes of radio links are part of it unless a value of ``radio`` is replaced.
+    Recorded changes of radio links are part of it unless a value of ``radio`` is replaced, recorded faults unless one
+    of ``faults`` is: then those of the scenario happen.
 
     Raises
     ------
@@ -163,10 +165,12 @@ def session_with_changes(recording: Recording, overrides: Mapping[str, object]) 
     room = (recording.count(recording.channels.couplers) + 1) / scenario.record_rate + LONGEST_GAP
     if end > max(room, scenario.max_duration):
         raise RecordingError(f"{recording.path}: has too few couplers for {end:.3f} s, its times cannot be right")
-    requests = recording.requests()
-    if any(key.split(".")[0] == "radio" for key in overrides):
-        requests = tuple(timed for timed in requests if not isinstance(timed.request, RadioLinkChange))
-    return Session(replace(scenario, max_duration=max(scenario.max_duration, end)), requests=requests)
+    sections = {key.split(".")[0] for key in overrides}
+    left_out: tuple[type, ...] = (RadioLinkChange,) if "radio" in sections else ()
+    left_out += (Fault,) if "faults" in sections else ()
+    requests = tuple(timed for timed in recording.requests() if not isinstance(timed.request, left_out))
+    longest = replace(scenario, max_duration=max(scenario.max_duration, end))
+    return Session(longest, requests=requests, play_faults="faults" in sections)
 
 
 def _advance(session: Session, steps: int) -> Sample:

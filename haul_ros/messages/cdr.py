@@ -292,6 +292,24 @@ def decode_float64(data: bytes) -> float:
     return value
 
 
+_LONGEST_LIST = 1024
+"""Bytes of a list of a few numbers, its layout included."""
+
+
+def encode_float64s(values: Sequence[float]) -> bytes:
+    """CDR bytes of a ``std_msgs/Float64MultiArray`` without layout."""
+    layout = new_message("std_msgs/msg/MultiArrayLayout", [], 0)
+    return serialize(new_message(FLOAT64_ARRAY, layout, np.array(values, dtype=np.float64)), FLOAT64_ARRAY)
+
+
+def decode_float64s(data: bytes) -> list[float]:
+    """Values of a short ``std_msgs/Float64MultiArray``; ValueError if the bytes are not one."""
+    if len(data) > _LONGEST_LIST:
+        raise ValueError(f"{FLOAT64_ARRAY} of {len(data)} bytes, expected at most {_LONGEST_LIST}")
+    message: Any = typestore().deserialize_cdr(data, FLOAT64_ARRAY)
+    return [float(value) for value in message.data]
+
+
 def encode_bool(value: bool) -> bytes:
     """CDR bytes of a ``std_msgs/Bool``."""
     return _bool_message(bool(value))

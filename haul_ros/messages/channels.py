@@ -12,6 +12,7 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 
 from haul_ros.model.command import CommandKind
 from haul_ros.model.consist import MASTER
+from haul_ros.model.fault import FaultKind
 
 BOOL = "std_msgs/msg/Bool"
 FLOAT64 = "std_msgs/msg/Float64"
@@ -75,8 +76,8 @@ class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
     ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link that may change, for
-    slaves only. Brake pipe and auxiliary reservoirs are there with a pneumatic brake only, measured couplers only with
-    sensors.
+    slaves only, ``faults`` one for every kind of fault that the train can have. Brake pipe and auxiliary reservoirs
+    are there with a pneumatic brake only, measured couplers only with sensors.
     """
 
     prefix: str
@@ -95,6 +96,7 @@ class ChannelTable:
     tractive_effort: Mapping[str, Channel]
     commands: Mapping[CommandKind, Mapping[str, Channel]]
     radio: Mapping[str, Mapping[str, Channel]]
+    faults: Mapping[FaultKind, Channel]
 
     @property
     def pressures(self) -> tuple[Channel, ...]:
@@ -149,6 +151,7 @@ class ChannelTable:
             yield from by_locomotive.values()
         for by_slave in self.radio.values():
             yield from by_slave.values()
+        yield from self.faults.values()
 
 
 def _resolved(value: object, resolve: Callable[[str], str]) -> object:
@@ -204,6 +207,11 @@ def channel_table(
     slaves = [name for name in locomotives if name != MASTER]
     commands = {kind: each(locomotives, *topic, EVENT, received=True) for kind, topic in _COMMANDS.items()}
     radio = {field: each(slaves, *topic, LATCHED) for field, topic in _RADIO.items()}
+    faults = {
+        kind: private(kind.value, FLOAT64_ARRAY if kind is FaultKind.LEAK else INT32, EVENT, received=True)
+        for kind in FaultKind
+        if pneumatic or not kind.of_air
+    }
     return ChannelTable(
         prefix=prefix,
         couplers=private("couplers", JOINT_STATE, STREAM),
@@ -223,4 +231,5 @@ def channel_table(
         tractive_effort=each(locomotives, "tractive_effort", FLOAT64, LATCHED),
         commands=MappingProxyType(commands),
         radio=MappingProxyType(radio),
+        faults=MappingProxyType(faults),
     )

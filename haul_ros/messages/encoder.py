@@ -52,6 +52,8 @@ _LEVELS = {
     EventKind.VALVE: _WARN,
     EventKind.APPLICATION: _WARN,
     EventKind.OVERSPEED: _WARN,
+    EventKind.FAULT: _WARN,
+    EventKind.SEPARATION: _WARN,
 }
 
 

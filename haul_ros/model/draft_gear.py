@@ -24,7 +24,8 @@ class DraftGear:
     ``transition_speed`` Ve [m/s]; ``slack`` [m] is the whole free play, half on each side of
     stroke 0; past ``maximum_stroke`` [m] (counted without slack; infinite: never) the closed gear
     adds ``bottoming_stiffness`` [N/m] to both curves; ``solid_stiffness`` [N/m] is the slope on
-    which a preload is taken up: neither curve of a preloaded side is ever above it.
+    which a preload is taken up: neither curve of a preloaded side is ever above it. ``strength`` [N] is the tension
+    at which the coupler breaks (infinite: never).
     """
 
     name: str
@@ -35,6 +36,7 @@ class DraftGear:
     maximum_stroke: float = float("inf")
     bottoming_stiffness: float = 0.0
     solid_stiffness: float = 0.0
+    strength: float = float("inf")
 
     @property
     def preloaded(self) -> bool:

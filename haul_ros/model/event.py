@@ -18,6 +18,8 @@ class EventKind(enum.Enum):
     VALVE = "valve"
     APPLICATION = "application"
     OVERSPEED = "overspeed"
+    FAULT = "fault"
+    SEPARATION = "separation"
 
 
 @dataclass(frozen=True, slots=True)

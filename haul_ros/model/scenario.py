@@ -9,6 +9,7 @@ from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
 from haul_ros.model.consist import Consist
 from haul_ros.model.driver import DriverPlan
+from haul_ros.model.fault import FaultPlan
 from haul_ros.model.initial_state import InitialState
 from haul_ros.model.radio import RadioLink
 from haul_ros.model.recording_plan import RecordingPlan
@@ -24,7 +25,7 @@ class Scenario:
     ``radio`` has one link per slave locomotive. ``document`` is the same scenario as
     self-contained YAML text, overrides and catalogue data included: loading it gives an equal
     scenario, so a recording that carries it can be simulated again. ``driver``: who drives beside the timed commands,
-    None: nobody. ``caveats`` are one-line
+    None: nobody. ``faults``: what goes wrong, whoever drives. ``caveats`` are one-line
     statements on fitted or assumed data used.
     """
 
@@ -44,6 +45,7 @@ class Scenario:
     driver: DriverPlan | None = None
     caveats: tuple[str, ...] = ()
     initial_state: InitialState = field(default_factory=InitialState)
+    faults: FaultPlan = field(default_factory=FaultPlan)
     recording: RecordingPlan = field(default_factory=RecordingPlan)
     sensors: CouplerSensors | None = None
 

@@ -139,6 +139,7 @@ def _settings(
     settings.has_stops = any(np.isfinite(gear.maximum_stroke) for gear in lumped.gears)
     settings.has_slack = any(gear.slack > 0.0 for gear in lumped.gears)
     settings.has_drawbars = lumped.rigid.any()
+    settings.may_part = any(np.isfinite(gear.strength) for gear in lumped.gears)
     return settings
 
 
@@ -206,8 +207,11 @@ def _gear_parameters(gears: Sequence[DraftGear], mass: Floats) -> Floats:
     parameters = data.GearParameters(
         inverse_transition_speed=np.array([1.0 / gear.transition_speed for gear in gears]),
         full_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
+        full_draft_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
         inverse_reduced_mass=1.0 / mass[:-1] + 1.0 / mass[1:],
         preloaded=np.array([gear.preloaded for gear in gears]),
+        strength=np.array([gear.strength for gear in gears]),
+        hose_reach=np.full(len(gears), np.inf),
     )
     return np.array(parameters, dtype=np.float64)
 

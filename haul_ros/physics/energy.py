@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.train_model import TrainModel
 
 _TOLERANCE = 1e-6
@@ -38,7 +37,8 @@ class EnergyBalance:
     """Energies [J] since the start of a run.
 
     ``gear_stored`` is what the draft gears would give back if let out slowly, over what they would have at the start;
-    ``gear_dissipated`` what they have turned into heat; ``gravity_work`` and ``traction_work`` were given to the train,
+    ``gear_dissipated`` what they have turned into heat, with what those of couplers that parted in draft held then
+    (`haul_ros.physics.parting`); ``gravity_work`` and ``traction_work`` were given to the train,
     ``electric_brake_work`` was taken from it as those of brakes and resistance. ``gear_excess`` is the largest part of
     all work through a single draft gear that it has given, or holds, beyond what it has taken [-]. ``air_error`` is the
     part of the air of a pneumatic brake that has come from nowhere or gone there, infinite if a pressure is none [-].
@@ -93,8 +93,7 @@ def energy_balance(model: TrainModel) -> EnergyBalance:
     """Energy balance of a train from its start to the present time."""
     train = model.train
     vehicles, gears = train.vehicles, train.gears
-    now = np.array([stored_energy(gear, stroke) for gear, stroke in zip(model.gears, gears.stroke, strict=True)])
-    stored = now - model.initial_gear_energy
+    stored = model.stored_energies - model.initial_gear_energy
     excess = np.maximum(gears.given + stored - gears.taken, -gears.dissipated) - _LEAST_GEAR_ENERGY
     through = np.maximum(gears.taken + gears.given, _LEAST_GEAR_ENERGY)
     return EnergyBalance(

@@ -23,8 +23,10 @@ from haul_ros.physics.kernel._jit import is_cached
 from haul_ros.physics.kernel.advance import advance
 from haul_ros.physics.kernel.air_data import RELEASED
 from haul_ros.physics.kernel.air_driver_valve import told_by_pipe
+from haul_ros.physics.kernel.air_flow import FLOW_FACTOR
 from haul_ros.physics.kernel.blocks import Blocks, Train, named
 from haul_ros.physics.lumping import lump
+from haul_ros.physics.parting import Parting, PartingKind, leak_areas, stop_waves_at, without_draft, without_hose
 from haul_ros.units import seconds_to_ns
 
 NEWTON_TOLERANCE = 1e-3
@@ -137,6 +139,8 @@ class TrainModel:
         Pressures of a pneumatic brake at t = 0; None: charged and released.
     time_step
         Step of the Newmark method [s].
+    hose_reach
+        Gap of a parted coupler at which its hose parts [m].
     """
 
     def __init__(
@@ -149,6 +153,7 @@ class TrainModel:
         initial_stroke: ArrayLike = 0.0,
         initial_air: InitialAir | None = None,
         time_step: float = 1e-3,
+        hose_reach: float = 0.3,
     ) -> None:
         self.consist = consist
         self._wave_speeds = _brake_speeds(brakes)
@@ -175,6 +180,13 @@ class TrainModel:
                 tolerance=NEWTON_TOLERANCE,
             )
         )
+        n_couplers, n_vehicles = len(consist.couplers), len(consist.vehicles)
+        self._hose_reach = hose_reach
+        self._parted = np.zeros(n_couplers, dtype=bool)
+        self._hose_parted, self._cock_open = np.zeros(n_couplers, dtype=bool), np.ones(n_couplers, dtype=bool)
+        self._draft_stroke = np.zeros(n_couplers)  # the largest before a coupler parted
+        self._leakage, self._holes = np.zeros(n_vehicles), np.zeros(n_vehicles)
+        self._partings: list[Parting] = []
         self._air_at_start = self._air()
         advance(self._blocks, 0)
         self.initial_kinetic_energy = self.kinetic_energy
@@ -201,7 +213,13 @@ class TrainModel:
 
     def advance(self, n_steps: int) -> None:
         """Advance by ``n_steps`` time steps. Releases the GIL."""
+        end = self.step + n_steps
         advance(self._blocks, n_steps)
+        while self._train.settings[0].may_part:
+            self._let_part()
+            if self.step == end:
+                break
+            advance(self._blocks, end - self.step)
 
     @property
     def step(self) -> int:
@@ -234,13 +252,17 @@ class TrainModel:
             if n > _FULL * len(self._train.waves):
                 self._use(with_room_for_waves(self._blocks))
         serial = counters.waves_started + 1
-        self._train.waves[n] = (time, self._wave_speeds[kind], level, kind, serial, vehicle, vehicle, vehicle + 1)
+        parted = np.flatnonzero(self._hose_parted)
+        first = int(parted[parted < vehicle].max(initial=-1)) + 1
+        last = int(parted[parted >= vehicle].min(initial=len(self._hose_parted)))
+        speed = self._wave_speeds[kind]
+        self._train.waves[n] = (time, speed, level, kind, serial, vehicle, vehicle, vehicle + 1, first, last)
         counters.waves_started = serial
         counters.waves = n + 1
 
     @property
     def waves_under_way(self) -> int:
-        """Brake waves that have not left the train."""
+        """Brake waves that have not left the train, or come to their ends at parted hoses."""
         return int(self._train.counters[0].waves)
 
     def _drop_spent_waves(self) -> int:
@@ -373,25 +395,132 @@ class TrainModel:
         return abs(self._air() / self._air_at_start - 1.0)
 
     def set_cock(self, coupler: int, *, is_open: bool) -> None:
-        """Open or close the brake pipe between two vehicles; ValueError: there is no such coupler."""
-        if not 0 <= coupler < len(self.consist.couplers):
-            raise ValueError(f"coupler {coupler}: expected 0 to {len(self.consist.couplers) - 1}")
-        self._train.air_state.cock[coupler] = float(is_open)
+        """Open or close the angle cocks between two vehicles (those of both); ValueError: there is no such coupler."""
+        self._check_coupler(coupler)
+        self._cock_open[coupler] = is_open
+        self._set_openings()
 
     def set_hole(self, vehicle: int, area: float) -> None:
         """Let the brake pipe of a vehicle have an opening to the atmosphere of an effective area [m^2]; 0: none.
 
         ValueError: there is no such vehicle, or no such area.
         """
-        if not (0 <= vehicle < len(self.consist.vehicles) and 0.0 <= area < 1.0):
-            raise ValueError(f"vehicle {vehicle}, area {area} m^2: expected a vehicle of the train and 0 to 1 m^2")
-        self._train.air_state.hole[vehicle] = area
+        self._check_vehicle(vehicle)
+        if not 0.0 <= area < 1.0:
+            raise ValueError(f"area {area} m^2: expected 0 to 1")
+        self._holes[vehicle] = area
+        self._set_openings()
+
+    def set_leak(self, vehicle: int, bore: float) -> None:
+        """The same by the bore of a hole [m], with the discharge coefficient of all bores."""
+        assert self._pneumatic is not None
+        self.set_hole(vehicle, self._pneumatic.discharge * np.pi / 4.0 * bore**2)
+
+    def set_leakage(self, rate: float) -> None:
+        """Let the whole pipe leak so that it falls at a rate [Pa/s], charged, without feed and control valves."""
+        assert self._pneumatic is not None
+        air, volume = self._train.air[0], self._train.air_parameters.pipe_volume
+        self._leakage = leak_areas(volume, float(air.gas), float(air.charge_pressure), rate)
+        self._set_openings()
+
+    def cut_out_valve(self, vehicle: int, *, cut_out: bool) -> None:
+        """Cut the control valve of a vehicle out from the pipe, or in again; ValueError: there is no such vehicle."""
+        self._check_vehicle(vehicle)
+        self._train.air_state.cut_out[vehicle] = float(cut_out)
 
     def part_hose(self, coupler: int) -> None:
-        """Part the hose between two vehicles: both ends of the brake pipe are open."""
-        self.set_cock(coupler, is_open=False)
+        """Part the hose between two vehicles: where cocks are open both ends of the pipe are open to the atmosphere.
+
+        With the empirical brake an emergency wave starts at both ends, and no wave passes between them any more.
+        ValueError: there is no such coupler.
+        """
+        self._check_coupler(coupler)
+        if self._hose_parted[coupler]:
+            return
+        self._hose_parted[coupler] = True
+        if self._pneumatic is not None:
+            self._set_openings()
+            return
+        stop_waves_at(self._train.waves[: int(self._train.counters[0].waves)], coupler)
         for vehicle in (coupler, coupler + 1):
-            self.set_hole(vehicle, float(self._train.air[0].pipe_area))
+            self.start_wave(self.time, vehicle, WaveKind.EMERGENCY)
+
+    def _set_openings(self) -> None:
+        state = self._train.air_state
+        ends = (self._hose_parted & self._cock_open) * float(self._train.air[0].pipe_area)
+        state.cock[:-1] = self._cock_open & ~self._hose_parted
+        state.hole[:] = self._leakage + self._holes
+        state.hole[:-1] += ends
+        state.hole[1:] += ends
+
+    def _check_coupler(self, coupler: int) -> None:
+        if not 0 <= coupler < len(self.consist.couplers):
+            raise ValueError(f"coupler {coupler}: expected 0 to {len(self.consist.couplers) - 1}")
+
+    def _check_vehicle(self, vehicle: int) -> None:
+        if not 0 <= vehicle < len(self.consist.vehicles):
+            raise ValueError(f"vehicle {vehicle}: expected 0 to {len(self.consist.vehicles) - 1}")
+
+    # -- separation --------------------------------------------------------------------------------
+
+    def uncouple(self, coupler: int) -> None:
+        """Open a coupler now, whatever it bears; ValueError: there is none, or it is a rigid drawbar."""
+        self._check_coupler(coupler)
+        if self._rigid[coupler]:
+            raise ValueError(f"coupler {coupler}: is a rigid drawbar")
+        if not self._parted[coupler]:
+            self._part(coupler, PartingKind.UNCOUPLED)
+
+    @property
+    def parted(self) -> NDArray[np.bool_]:
+        """Couplers that are parted (n_couplers,): they bear no draft any more; a copy."""
+        return self._parted.copy()
+
+    @property
+    def hose_parted(self) -> NDArray[np.bool_]:
+        """Couplers whose hoses are parted (n_couplers,); a copy."""
+        return self._hose_parted.copy()
+
+    def take_partings(self) -> list[Parting]:
+        """What has given way since the last call, in order of time."""
+        taken, self._partings = self._partings, []
+        return taken
+
+    def _let_part(self) -> None:
+        """Part what gives way at the end of a time step."""
+        parameters, gears = self._train.gear_parameters, self._train.gears
+        couplers = np.flatnonzero(~self._rigid)
+        broken = couplers[-gears.force > parameters.strength]
+        out_of_reach = couplers[-gears.stroke > parameters.hose_reach]
+        for coupler in broken:
+            self._part(int(coupler), PartingKind.BROKEN)
+        for coupler in out_of_reach:
+            self._tell(int(coupler), PartingKind.HOSE)
+            self._use(without_hose(self._blocks, self._gear_of(coupler)))
+            self.part_hose(int(coupler))
+
+    def _part(self, coupler: int, kind: PartingKind) -> None:
+        self._tell(coupler, kind)
+        k, gears = self._gear_of(coupler), self._train.gears
+        if gears.stroke[k] < 0.0:
+            gears.dissipated[k] += stored_energy(self.gears[k], float(gears.stroke[k]))
+        self._draft_stroke[coupler] = self._train.gear_extremes.tension_stroke[k]
+        self._parted[coupler] = True
+        self._use(without_draft(self._blocks, k, np.inf if self._hose_parted[coupler] else self._hose_reach))
+
+    def _tell(self, coupler: int, kind: PartingKind) -> None:
+        gears, k = self._train.gears, self._gear_of(coupler)
+        self._partings.append(Parting(self.time, coupler, kind, -float(gears.force[k]), -float(gears.stroke[k])))
+
+    def _gear_of(self, coupler: int) -> int:
+        return int(np.count_nonzero(~self._rigid[:coupler]))
+
+    @property
+    def stored_energies(self) -> Floats:
+        """What the draft gears would give back if let out slowly (n_gears,) [J]; a parted one has nothing in draft."""
+        strokes, parted = self._train.gears.stroke, self._parted[~self._rigid]
+        stored = np.array([*map(stored_energy, self.gears, strokes)])
+        return np.where(parted & (strokes < 0.0), 0.0, stored)
 
     # -- observing ---------------------------------------------------------------------------------
 
@@ -411,7 +540,14 @@ class TrainModel:
         state, valves = self._train.air_state, self._train.driver_valves
         set_out = (valves.equalising != valves.target) & (valves.emergency == 0.0)
         rate = np.abs(state.cylinder - state.cylinder_before) / self._train.air[0].step
-        return not set_out.any() and bool(rate.max() < SETTLED_RATE) and bool(np.abs(state.flow).max() < SETTLED_FLOW)
+        flow = SETTLED_FLOW + self._leaks
+        return not set_out.any() and bool(rate.max() < SETTLED_RATE) and bool(np.abs(state.flow).max() < flow)
+
+    @property
+    def _leaks(self) -> float:
+        """What leaves the pipe through leaks and holes [kg/s], which the brake valves feed for ever."""
+        air, pipe, holes = self._train.air[0], self._train.air_state.pipe, self._leakage + self._holes
+        return FLOW_FACTOR / float(air.root_gas) * float(np.sum(holes * pipe)) if holes.any() else 0.0
 
     def in_emergency(self, vehicle: int) -> bool:
         """An emergency has reached a vehicle, and nothing that ends it."""
@@ -520,13 +656,14 @@ class TrainModel:
     def extremes(self) -> CouplerExtremes:
         """Largest coupler forces and strokes since the start."""
         gears, drawbars = self._train.gear_extremes, self._train.drawbar_extremes
+        draft_stroke = np.where(self._parted, self._draft_stroke, self._by_coupler(gears.tension_stroke))
         return CouplerExtremes(
             compression=self._by_coupler(gears.compression, drawbars.compression),
             compression_time=self._by_coupler(gears.compression_time, drawbars.compression_time),
             tension=self._by_coupler(gears.tension, drawbars.tension),
             tension_time=self._by_coupler(gears.tension_time, drawbars.tension_time),
             compression_stroke=self._by_coupler(gears.compression_stroke),
-            tension_stroke=self._by_coupler(gears.tension_stroke),
+            tension_stroke=draft_stroke,
             bottomed_time=self.bottomed_times,
         )
 

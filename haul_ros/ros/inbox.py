@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.fault import Fault
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 
 REPLACED = "replaced by a newer one before it took effect"
@@ -24,9 +26,9 @@ class Waiting(NamedTuple):
 class Inbox:
     """Takes requests from any thread; `take` hands them out to one.
 
-    Of requests that set the same (a demand of one kind at one locomotive, a field of a link), one is handed out within
-    ``hold_ns`` [ns] or until `next_period`; of those that come meanwhile, the newest counts. An emergency is never
-    replaced by its end.
+    Of requests that set the same (a demand of one kind at one locomotive, a field of a link, a fault at one place),
+    one is handed out within ``hold_ns`` [ns] or until `next_period`; of those that come meanwhile, the newest counts.
+    An emergency is never replaced by its end.
     """
 
     def __init__(self, hold_ns: int) -> None:
@@ -55,7 +57,7 @@ class Inbox:
         CommandError
             The request means nothing.
         """
-        if isinstance(request, Command):
+        if not isinstance(request, RadioLinkChange):
             self._check(request)
         key, result = _what_it_sets(request), Future[str]()
         with self._lock:
@@ -67,9 +69,9 @@ class Inbox:
             before.result.set_result(REPLACED)
         return result, announce
 
-    def _check(self, command: Command) -> None:
+    def _check(self, request: Command | Fault) -> None:
         try:
-            command.check()
+            request.check()
         except CommandError:
             with self._lock:
                 self._refused += 1
@@ -114,4 +116,6 @@ def _starts_emergency(request: Request) -> bool:
 def _what_it_sets(request: Request) -> Hashable:
     if isinstance(request, Command):
         return request.locomotive, request.kind, _starts_emergency(request)
+    if isinstance(request, Fault):
+        return request.kind, request.number
     return request.slave, frozenset(request.values())

@@ -9,7 +9,7 @@ from haul_ros.errors import CommandError
 from haul_ros.messages.cdr import CLOCK, encode_clock
 from haul_ros.messages.channels import EVENT, Channel
 from haul_ros.messages.encoder import Message, TelemetryEncoder
-from haul_ros.model.command import Command
+from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.diagnostics import RunReport, statuses
@@ -75,7 +75,7 @@ class TrainRun:
         return ended_ns - began_ns
 
     def request(self, request: Request) -> None:
-        """Let a command or a change of a radio link take effect at the present simulation time.
+        """Let a command, a change of a radio link or a fault take effect at the present simulation time.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class TrainRun:
         except CommandError:
             self._rejected += 1
             raise
-        self._accepted += isinstance(request, Command)
+        self._accepted += not isinstance(request, RadioLinkChange)
         self._put_log()
 
     def report(self, timing: LoopTiming, *, paused: bool, replaced: int, refused: int) -> None:

@@ -23,7 +23,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from haul_ros.errors import CommandError, HaulError
 from haul_ros.messages.encoder import TelemetryEncoder
+from haul_ros.messages.requests import fault_of
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.fault import Fault, FaultKind
 from haul_ros.model.request import Request
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import COMPILING, kernel_is_cached
@@ -185,6 +187,9 @@ class TrainNode(Node):
             for locomotive, channel in by_locomotive.items():
                 message_type, topic, qos = endpoint(channel)
                 self.create_subscription(message_type, topic, partial(self._on_command, locomotive, kind), qos)
+        for fault, channel in self._encoder.channels.faults.items():
+            message_type, topic, qos = endpoint(channel)
+            self.create_subscription(message_type, topic, partial(self._on_fault, fault), qos)
 
     def _new_run(self, scenario: Scenario, *, again: bool = False) -> TrainRun:
         session = Session(scenario, play_commands=self._settings.flag("scenario_commands"))
@@ -223,6 +228,10 @@ class TrainNode(Node):
         self._loop.request(Command(locomotive, kind, float(message.data)))
         self._breathe()
 
+    def _on_fault(self, kind: FaultKind, message: Any) -> None:
+        self._loop.request(fault_of(kind, message.data))
+        self._breathe()
+
     def _breathe(self) -> None:
         """In a flood of commands this thread would leave the simulation's too little of the interpreter."""
         now = monotonic()
@@ -246,6 +255,8 @@ class TrainNode(Node):
         if isinstance(request, Command):
             source = self._encoder.channels.commands[request.kind][request.locomotive].topic
             what = f"{source}: {request.value}"
+        elif isinstance(request, Fault):
+            source = what = self._encoder.channels.faults[request.kind].topic
         else:
             source = what = f"radio link to {request.slave}"
         if monotonic() >= self._warned.get(source, -inf) + _WARNING_PERIOD:

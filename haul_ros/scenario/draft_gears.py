@@ -110,6 +110,8 @@ def _draft_gear(document: Document, name: str) -> DraftGear:
     optional: dict[str, float] = {}
     if "maximum_stroke_mm" in entry:
         optional["maximum_stroke"] = entry["maximum_stroke_mm"] / 1e3
+    if "strength_kN" in entry:
+        optional["strength"] = entry["strength_kN"] * 1e3
     if "bottoming_stiffness_kN_per_mm" in entry:
         optional["bottoming_stiffness"] = entry["bottoming_stiffness_kN_per_mm"] * _KN_PER_MM
     solid_stiffness = entry.get("solid_stiffness_kN_per_mm", DEFAULT_SOLID_STIFFNESS / _KN_PER_MM) * _KN_PER_MM

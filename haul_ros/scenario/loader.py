@@ -11,6 +11,7 @@ from haul_ros.resources import shipped_scenarios
 from haul_ros.scenario.brakes import brakes
 from haul_ros.scenario.catalogue import caveats, take_over
 from haul_ros.scenario.document import Document
+from haul_ros.scenario.faults import faults
 from haul_ros.scenario.formation import consist
 from haul_ros.scenario.initial_state import initial_state
 from haul_ros.scenario.line import forget_line, take_over_line
@@ -85,6 +86,7 @@ def _build(document: Document, name: str, overrides: Mapping[str, object], folde
         max_duration=float(data["max_duration_s"]),
         document=dump_yaml(data),
         driver=driver(document, train),
+        faults=faults(document, train, brake),
         caveats=caveats(data),
         recording=recording_plan(document),
         sensors=coupler_sensors(document, train),

@@ -40,5 +40,5 @@ def periods(session: Session, stop: Callable[[], bool] = lambda: False) -> Itera
 def share_done(scenario: Scenario, sample: Sample) -> float:
     """How near a run is to its end, 0..1: speed shed or longest duration used up, whichever is further."""
     of_time = sample.time_ns / NS_PER_S / scenario.max_duration
-    of_speed = 1.0 - float(sample.speed[0]) / scenario.initial_speed if scenario.initial_speed > 0.0 else 0.0
+    of_speed = 1.0 - float(sample.speed.max()) / scenario.initial_speed if scenario.initial_speed > 0.0 else 0.0
     return min(1.0, max(of_time, of_speed, 0.0))

@@ -54,8 +54,8 @@ class WaveValves:
         self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY)
 
     def end_emergency(self, time: float, brake: DriverBrake, others: bool) -> None:
-        """See `BrakeValves`; a brake pipe that is vented anywhere cannot be charged."""
-        if not others:
+        """See `BrakeValves`; a brake pipe that is vented anywhere, or open at a parted hose, cannot be charged."""
+        if not (others or self._model.hose_parted.any()):
             self._model.start_wave(time, brake.vehicle, WaveKind.EMERGENCY_RELEASE)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.brake_system import BrakeSystem
@@ -30,6 +31,7 @@ class TrainState:
     ``brake_targets`` (n_vehicles,): what each brake is to reach by the last wave, fractions of emergency
     pressure. ``bottomed_times`` (n_couplers,): when each draft gear first closed fully [s], NaN: never.
     ``stop_time``: when the last vehicle came to rest [s], None while the train moves. ``valves``: of a pneumatic brake.
+    ``parted`` (n_couplers,): couplers that bear no draft any more; None: there are none.
     """
 
     sample: Sample
@@ -37,6 +39,11 @@ class TrainState:
     bottomed_times: FloatArray
     stop_time: float | None
     valves: ValveState | None = None
+    parted: NDArray[np.bool_] | None = None
+
+
+CONTACT = 1e-3
+"""Least gap [m] of a parted coupler from which meeting again is an event."""
 
 
 class EventDetector:
@@ -75,7 +82,8 @@ class EventDetector:
             *self._valves(before.valves, now),
             *self._not_held(now),
             *self._newly_bottomed(before, now),
-            *self._closed_slack(before.sample, now.sample),
+            *self._closed_slack(before.sample, now),
+            *self._collisions(before.sample, now),
             *self._stops(before, now),
             *self._overspeed(now.sample),
         ]
@@ -123,7 +131,23 @@ class EventDetector:
             found.append(Event(seconds_to_ns(time), EventKind.BOTTOMED, f"{at}: draft gear closed fully"))
         return found
 
-    def _closed_slack(self, before: Sample, now: Sample) -> list[Event]:
+    def _collisions(self, before: Sample, state: TrainState) -> list[Event]:
+        """Parts of a separated train that meet again, from a gap at which their draft gears were free."""
+        if state.parted is None or not state.parted.any():
+            return []
+        now, half_slack = state.sample, self._half_slack
+        closed = (before.stroke < np.minimum(half_slack, 0.0) - CONTACT) & (now.stroke >= half_slack)
+        return [
+            Event(
+                now.time_ns,
+                EventKind.SEPARATION,
+                f"{self._coupler_names[k]}: the parts have met again at {before.stroke_rate[k]:.2f} m/s",
+            )
+            for k in np.flatnonzero(state.parted & closed)
+        ]
+
+    def _closed_slack(self, before: Sample, state: TrainState) -> list[Event]:
+        now = state.sample
         elapsed = (now.time_ns - before.time_ns) / NS_PER_S
         if elapsed == 0.0 or not self._has_slack:
             return []
@@ -131,7 +155,8 @@ class EventDetector:
         for side, word in ((1.0, "run-in"), (-1.0, "run-out")):
             old, new = side * before.stroke, side * now.stroke
             speed = (new - old) / elapsed
-            closed = (old < self._half_slack) & (new >= self._half_slack) & (speed > SLACK_SPEED)
+            bears = side > 0.0 or state.parted is None or ~state.parted  # a parted coupler opens, it does not run out
+            closed = bears & (old < self._half_slack) & (new >= self._half_slack) & (speed > SLACK_SPEED)
             if len(at := np.flatnonzero(closed & (self._half_slack > 0.0))):
                 what = f"slack {word} at up to {speed[at].max():.2f} m/s"
                 found.append(Event(now.time_ns, EventKind.SLACK, f"{_named(at, self._coupler_names)}: {what}"))

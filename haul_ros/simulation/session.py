@@ -6,11 +6,12 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
+from haul_ros.model.fault import Fault
 from haul_ros.model.log import LogEntry, PeriodLog
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import Request, TimedRequest
@@ -23,6 +24,7 @@ from haul_ros.simulation.brake_valves import brake_valves
 from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.exchange import Exchange
+from haul_ros.simulation.faults import Faults
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.overspeed import Overspeeds
 from haul_ros.simulation.radio import LinkStatus
@@ -66,11 +68,18 @@ class Session:
         Give the scenario's own timed commands, each at the first time step not before its time, and let its driver
         drive.
     requests
-        Commands and changes of radio links to carry out in the same way, such as recorded ones.
+        Commands, changes of radio links and faults to carry out in the same way, such as recorded ones.
+    play_faults
+        Let the scenario's own faults happen; false where they are among the ``requests``, as recorded.
     """
 
     def __init__(
-        self, scenario: Scenario, *, play_commands: bool = False, requests: Iterable[TimedRequest] = ()
+        self,
+        scenario: Scenario,
+        *,
+        play_commands: bool = False,
+        requests: Iterable[TimedRequest] = (),
+        play_faults: bool = True,
     ) -> None:
         self.scenario = scenario
         self.steps_per_sample = scenario.steps_per_sample
@@ -82,6 +91,7 @@ class Session:
             initial_stroke=scenario.initial_state.strokes(scenario.consist),
             initial_air=scenario.initial_state.air,
             time_step=scenario.time_step,
+            hose_reach=scenario.faults.hose_reach,
         )
         self._entries: list[LogEntry] = [
             TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in scenario.radio.items()
@@ -95,15 +105,19 @@ class Session:
             air_between_steps=self._model.pneumatic is not None,
             log=self._entries,
         )
+        planned = scenario.faults.planned if play_faults else ()
+        self._faults = Faults(self._model, replace(scenario.faults, planned=planned), self._entries)
         self._events = EventDetector(scenario.consist, self._state(self.sample()), scenario.track, scenario.brakes)
         self._sensors = SensorBench(scenario)
         self._logged_step = -1
         self._extremes_due_ns = 0
         self._extremes_logged_ns = -1
         self._slices = Slices()
-        timed = sorted([*(scenario.commands if play_commands else ()), *requests], key=lambda entry: entry.time_ns)
+        own = [TimedRequest(fault.time_ns, fault.fault) for fault in planned if fault.time_ns is not None]
+        own += scenario.commands if play_commands else ()
+        timed = sorted([*own, *requests], key=lambda entry: entry.time_ns)
         self._driver = Driver(scenario.driver) if play_commands and scenario.driver else None
-        self._next_look = 0
+        self._next_look = self._next_fault_look = 0
         self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
 
     # -- state ----------------------------------------------------------------------------------
@@ -218,23 +232,30 @@ class Session:
 
     def _state(self, sample: Sample) -> TrainState:
         return TrainState(
-            sample, self._model.brake_targets, self._model.bottomed_times, self.stop_time, self._model.valves()
+            sample,
+            self._model.brake_targets,
+            self._model.bottomed_times,
+            self.stop_time,
+            self._model.valves(),
+            self._model.parted,
         )
 
     # -- requests -------------------------------------------------------------------------------
 
     def request(self, request: Request) -> None:
-        """Give a command or change a radio link now; the next command goes over the new link.
+        """Give a command, change a radio link (the next command goes over the new one) or let a fault happen, now.
 
         Raises
         ------
         CommandError
             Unknown locomotive, a value out of range, more traction than the locomotive has, the end of an emergency
-            while the train moves, or too much is under way already for anything but an emergency. Nothing has
-            changed then.
+            while the train moves, a fault that the train cannot have, or too much is under way already for anything
+            but an emergency. Nothing has changed then.
         """
         if isinstance(request, RadioLinkChange):
             self._exchange.change(request, self.time)
+        elif isinstance(request, Fault):
+            self._faults.carry_out(request)
         else:
             self._command(request)
 
@@ -278,6 +299,7 @@ class Session:
             began = time.perf_counter()
             self._model.advance(part)
             self._slices.took(part, time.perf_counter() - began)
+            self._faults.tell_partings()
             if stop():
                 break
         return self.sample()
@@ -293,6 +315,10 @@ class Session:
     def _carry_out_due(self) -> None:
         while self._timed and self._timed[0][0] <= self.step:
             self.request(self._timed.popleft()[1])
+        if self._faults.waiting and self._next_fault_look <= self.step:
+            self._next_fault_look = self.step + self.steps_per_sample
+            for fault in self._faults.look(self.scenario.track.start_chainage + self.travelled):
+                self.request(fault)
         if self._driver is not None and self._next_look <= self.step:
             self._next_look = self.step + self._steps_between_looks
             for command in self._driver.look(self.time, float(self._model.speed[0])):
@@ -308,4 +334,5 @@ class Session:
         due = [self._exchange.next_step(self.step)]
         due += [self._timed[0][0]] if self._timed else []
         due += [self._next_look] if self._driver is not None else []
+        due += [self._next_fault_look] if self._faults.waiting else []
         return min(due)

@@ -18,6 +18,8 @@ from mcap.writer import Writer
 from haul_ros.analysis.replay import session_with_changes
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.event import EventKind
+from haul_ros.model.fault import Fault, FaultKind
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request, TimedRequest
 from haul_ros.recording import run_file
@@ -105,7 +107,7 @@ def test_a_live_run_without_the_changes_of_one_field_is_another(live: Haul, fiel
     with Recording("live.mcap") as recording:
         requests = recording.requests()
         whole = session_with_changes(recording, {})
-    kept = [t for t in requests if isinstance(t.request, Command) or field not in t.request.values()]
+    kept = [t for t in requests if not isinstance(t.request, RadioLinkChange) or field not in t.request.values()]
     other = Session(whole.scenario, requests=kept)
     for session in (whole, other):
         session.advance(3000)
@@ -382,3 +384,21 @@ def test_an_event_years_after_the_last_sample_costs_no_memory(recorded: Haul) ->
         missing = samples - recording.count(recording.channels.couplers)
     assert f"missing: {missing} messages of /haul/couplers" in outcome.out
     assert peak < 100_000_000
+
+
+def test_faults_of_the_scenario_are_repeated_once_and_replaced_by_others_when_asked(haul: Haul) -> None:
+    faults = "faults={leakage_kPa_per_min: 20, events: [{at_s: 0.5, leak: 2, bore_mm: 6}, {at_m: 20, uncouple: 2}]}"
+    settings = ("--set", "brakes=pneumatic", "--set", "commands=[]", "--set", faults, "--set", "max_duration_s=12")
+    assert haul("run", "short.yaml", *settings, "-o", "run.mcap", "--quiet").status == 0
+    with Recording("run.mcap") as recording:
+        recorded_faults = [t.request for t in recording.requests() if isinstance(t.request, Fault)]
+        told = [event.text for event in recording.events() if event.kind is EventKind.SEPARATION]
+        later = session_with_changes(recording, {"faults.events.1.at_m": 60})
+    assert recorded_faults == [Fault(FaultKind.LEAK, 2, 0.006), Fault(FaultKind.UNCOUPLE, 2)]
+    assert "uncoupled" in told[0]
+    assert haul("replay", "run.mcap").status == 0
+    later.advance(12_000)
+    entries = [entry for entry in later.take_log().entries if isinstance(entry, TimedRequest)]
+    asked = [entry for entry in entries if isinstance(entry.request, Fault)]
+    assert [entry.request for entry in asked] == recorded_faults
+    assert asked[1].time_ns > 2_000_000_000

@@ -6,6 +6,7 @@ from rosbags.interfaces import QosDurability
 from haul_ros.messages.cdr import typestore
 from haul_ros.messages.channels import channel_table
 from haul_ros.model.command import CommandKind
+from haul_ros.model.fault import FaultKind
 from haul_ros.model.radio import CHANGEABLE
 
 TABLE = channel_table(["master", "slave_1", "slave_2"])
@@ -23,7 +24,12 @@ def test_every_topic_of_the_contract_is_there_once() -> None:
         private += [f"{locomotive}/{name}" for name in (*names, *commands)]
     for slave in ("slave_1", "slave_2"):
         private += [f"{slave}/{name}" for name in RADIO]
-    assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in private)}
+    assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in [*private, "uncouple"])}
+
+
+def test_faults_of_the_air_have_topics_with_a_pneumatic_brake_only() -> None:
+    assert set(TABLE.faults) == {FaultKind.UNCOUPLE}
+    assert set(channel_table(["master"], pneumatic=True).faults) == set(FaultKind)
 
 
 def test_pipe_and_reservoirs_have_topics_with_a_pneumatic_brake_only() -> None:
@@ -32,7 +38,8 @@ def test_pipe_and_reservoirs_have_topics_with_a_pneumatic_brake_only() -> None:
     assert names == ["brake_cylinder_pressure", "brake_pipe_pressure", "auxiliary_reservoir_pressure"]
     assert set(pneumatic.pressures) <= set(pneumatic)
     assert set(pneumatic.pressures) <= set(pneumatic.samples)
-    assert len(list(pneumatic)) == len(list(channel_table(["master"]))) + 2
+    faults = len(pneumatic.faults) - 1  # uncoupling needs no air
+    assert len(list(pneumatic)) == len(list(channel_table(["master"]))) + 2 + faults
 
 
 def test_private_topics_follow_the_name_of_the_node() -> None:
@@ -76,7 +83,7 @@ def test_only_state_that_changes_seldom_is_latched() -> None:
 
 def test_commands_are_received_and_nothing_else() -> None:
     received = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.received}
-    assert received == {"brake_command", "emergency_brake", "traction_command", "electric_brake_command"}
+    assert received == {"brake_command", "emergency_brake", "traction_command", "electric_brake_command", "uncouple"}
     assert {c.topic.rsplit("/", 1)[1] for c in TABLE if not c.received}.isdisjoint(received)
 
 

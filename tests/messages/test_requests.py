@@ -9,17 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from haul_ros.errors import CommandError
 from haul_ros.messages.channels import channel_table
-from haul_ros.messages.requests import RequestCodec
+from haul_ros.messages.requests import RequestCodec, fault_of
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.fault import Fault, FaultKind
 from haul_ros.model.radio import RadioLink, RadioLinkChange
+from haul_ros.model.request import Request
 
-TABLE = channel_table(["master", "slave_1", "slave_2"])
+TABLE = channel_table(["master", "slave_1", "slave_2"], pneumatic=True)
 CODEC = RequestCodec(TABLE)
 LOCOMOTIVES = st.sampled_from(["master", "slave_1", "slave_2"])
 
 
-def decoded(request: Command | RadioLinkChange) -> list[Command | RadioLinkChange]:
+def decoded(request: Request) -> list[Request]:
     return [CODEC.decode(channel.topic, data) for channel, data in CODEC.encode(request)]
 
 
@@ -72,6 +75,30 @@ def test_words_and_whole_numbers_of_a_link_are_read_back_as_they_are() -> None:
         for field in ("jitter_law", "retries"):
             with pytest.raises(ValueError, match="is no std_msgs/msg/"):
                 CODEC.decode(TABLE.radio[field]["slave_1"].topic, data)
+
+
+@given(st.sampled_from(list(FaultKind)), st.integers(1, 2000), st.floats(0.0, 0.05))
+def test_a_fault_is_one_message(kind: FaultKind, number: int, bore: float) -> None:
+    fault = Fault(kind, number, bore if kind is FaultKind.LEAK else 0.0)
+    assert decoded(fault) == [fault]
+
+
+@pytest.mark.parametrize(
+    ("kind", "data"),
+    [
+        (FaultKind.LEAK, []),
+        (FaultKind.LEAK, [3.0]),
+        (FaultKind.LEAK, [3.5, 0.01]),
+        (FaultKind.LEAK, [math.nan, 0.01]),
+        (FaultKind.LEAK, [math.inf, 0.01]),
+        (FaultKind.LEAK, [3.0, math.nan]),
+        (FaultKind.LEAK, [3.0, 0.01, 1.0]),
+        (FaultKind.PART_HOSE, -1),
+    ],
+)
+def test_a_message_that_is_no_fault_becomes_one_that_is_refused(kind: FaultKind, data: Any) -> None:
+    with pytest.raises(CommandError):
+        fault_of(kind, data).check()
 
 
 def test_links_are_state_and_commands_are_not() -> None:

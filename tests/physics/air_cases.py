@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haul_ros.model.air_brake import ATMOSPHERE, ControlValve, PneumaticBrake
 from haul_ros.model.consist import Consist, Locomotive
@@ -63,7 +63,7 @@ def air_train(
     locomotive_valve: dict[str, Any] | None = None,
     pipe: dict[str, Any] | None = None,
     driver: dict[str, Any] | None = None,
-    initial_speed: float = 0.0,
+    initial_speed: ArrayLike = 0.0,
     **brake: Any,
 ) -> TrainModel:
     """A train of ``wagons`` C80 with SS4 put in before the wagons of these numbers; single values replaced."""

@@ -182,6 +182,15 @@ class Observer:
         message.data = value
         publisher.publish(message)
 
+    def send_fault(self, channel: Channel, value: int | list[float]) -> None:
+        """Publish a fault, once a subscriber of it is there."""
+        message_type, topic, qos = endpoint(channel)
+        if topic not in self._publishers:
+            self._publishers[topic] = self._node.create_publisher(message_type, topic, qos)
+        publisher = self._publishers[topic]
+        self.wait_until(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
+        publisher.publish(message_type(data=value))
+
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service of the node."""
         client = self._node.create_client(service_type, f"{TABLE.prefix}/{name}")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
+from haul_ros.model.fault import Fault, FaultKind
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 from haul_ros.ros.inbox import REPLACED, Inbox
@@ -81,10 +83,24 @@ def test_different_things_keep_their_order() -> None:
         RadioLinkChange("slave_1", connected=False),
         demand(0.5, "slave_1"),
         RadioLinkChange("slave_2", delay=2.0),
+        Fault(FaultKind.CLOSE_ANGLE_COCK, 3),
+        Fault(FaultKind.OPEN_ANGLE_COCK, 3),
+        Fault(FaultKind.CLOSE_ANGLE_COCK, 4),
     ]
     for request in requests:
         inbox.put(request)
     assert taken(inbox, 0) == requests
+
+
+def test_a_fault_is_handed_out_once_a_period_and_no_number_gets_in_that_no_train_has() -> None:
+    inbox = Inbox(HOLD)
+    for bore in (1e-3, 2e-3):
+        inbox.put(Fault(FaultKind.LEAK, 3, bore))
+    assert taken(inbox, 0) == [Fault(FaultKind.LEAK, 3, 2e-3)]
+    for number in (0, 2001):
+        with pytest.raises(CommandError):
+            inbox.put(Fault(FaultKind.PART_HOSE, number))
+    assert (inbox.replaced, inbox.refused) == (1, 2)
 
 
 def test_what_is_left_is_given_back() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ pytest.importorskip("rclpy")
 from haul_ros.analysis.replay import replay_and_compare
 from haul_ros.messages.channels import channel_table
 from haul_ros.model.command import CommandKind
+from haul_ros.model.fault import Fault, FaultKind
 from haul_ros.recording.reader import Recording
 from tests.ros.live_node import LOCOMOTIVES, Couplers
 
@@ -56,3 +57,36 @@ def test_a_live_pneumatic_train_brakes_tells_its_pressures_and_is_repeated_exact
         comparison = replay_and_compare(recording)
     assert comparison.identical
     assert comparison.messages > 5 * len(series.time_ns)  # of every sample, and the extremes
+
+
+def test_faults_over_topics_happen_are_recorded_and_repeated_and_impossible_ones_warn_once(
+    start_node: Callable[..., LiveNode], observer: Observer
+) -> None:
+    node = start_node(scenario="daqin_1_2_1_pneumatic", record_path="run.mcap")
+    Couplers(observer).wait_for_time(0)
+    pipe, events = observer.watch_typed(PNEUMATIC.pressures[1]), observer.watch_typed(PNEUMATIC.events)
+    reports = observer.watch_typed(PNEUMATIC.diagnostics)
+    faults = PNEUMATIC.faults
+    for impossible in (0, 208, 999):
+        observer.send_fault(faults[FaultKind.PART_HOSE], impossible)
+    observer.wait_until(lambda: "3" in map(rejected, reports), "three rejected faults")
+    observer.send_fault(faults[FaultKind.LEAK], [150.0, 0.006])
+    observer.send_fault(faults[FaultKind.UNCOUPLE], 104)
+    observer.wait_until(lambda: any("uncoupled" in event.msg for event in events), "the event of the uncoupling")
+    observer.send_fault(faults[FaultKind.PART_HOSE], 104)
+    observer.wait_until(lambda: bool(pipe) and pipe[-1].data[104] < 100e3, "the brake pipe to be vented")
+    assert node.end() == 0
+    assert node.log.count("/haul/part_hose rejected") == 1
+    assert {event.name for event in events} >= {"haul.fault", "haul.separation"}
+    with Recording(node.folder / "run.mcap") as recording:
+        asked = [timed.request for timed in recording.requests() if isinstance(timed.request, Fault)]
+        assert asked == [
+            Fault(FaultKind.LEAK, 150, 0.006), Fault(FaultKind.UNCOUPLE, 104), Fault(FaultKind.PART_HOSE, 104)
+        ]  # fmt: skip
+        assert replay_and_compare(recording).identical
+
+
+def rejected(report: Any) -> str:
+    """How many requests a report of the diagnostics says were rejected."""
+    (commands,) = [status for status in report.status if status.name.endswith("commands")]
+    return next(str(value.value) for value in commands.values if value.key == "rejected")

@@ -15,6 +15,7 @@ pytest.importorskip("rclpy")
 
 from rclpy.node import Node, NodeNameNonExistentError
 
+from haul_ros.messages.channels import channel_table
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros import brake_client
 from tests.ros.live_node import TABLE, Couplers
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
 
 POLICY = Path(__file__).parents[2] / "config/security/haul.policy.xml"
+FAULTS = [channel.topic for channel in channel_table(["master"], pneumatic=True).faults.values()]
 COMMANDS = [channel.topic for by_locomotive in TABLE.commands.values() for channel in by_locomotive.values()]
 
 
@@ -46,6 +48,7 @@ def test_the_node_may_do_all_that_it_does(start_node: Callable[..., LiveNode], o
     found = observer.graph_of("haul")
     assert {TABLE.couplers.topic, "/clock", "/rosout"} <= set(found["publish"])
     assert set(COMMANDS) <= set(found["subscribe"])
+    assert refused("/haul", "topics", "subscribe", FAULTS) == []
     assert {"/haul/pause", "/haul/set_parameters"} <= set(found["reply"])
     for act, names in found.items():
         assert refused("/haul", "services" if act == "reply" else "topics", act, names) == []
@@ -77,3 +80,10 @@ def test_an_observer_may_see_all_and_do_nothing() -> None:
     assert refused("/observer", "services", "request", acts) == acts
     assert refused("/observer", "services", "reply", acts) == acts
     assert refused("/observer", "services", "reply", ["/_ros2cli_1/get_type_description"]) == []
+
+
+def test_an_instructor_may_let_the_train_fail_and_a_driver_may_not() -> None:
+    assert refused("/instructor", "topics", "publish", FAULTS) == []
+    assert refused("/instructor", "topics", "publish", COMMANDS) == COMMANDS
+    for enclave in ("/driver", "/observer"):
+        assert refused(enclave, "topics", "publish", FAULTS) == FAULTS

@@ -33,7 +33,7 @@ PHRASES: dict[str, tuple[Any, Any, str]] = {
 # Keywords that lead to others, or say nothing about the value.
 STRUCTURE = {
     "$schema", "$ref", "$defs", "title", "description", "default", "properties", "patternProperties", "propertyNames",
-    "items", "if", "then", "else",
+    "items", "if", "then", "else", "allOf",
 }  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from haul_ros.physics.kernel.data import PARTS, Floats
 from haul_ros.physics.kernel.extremes import keep_extremes, keep_extremes_on_the_way
 from haul_ros.physics.kernel.newmark import balance_at_start, largest_residual, solve_step, take_step
 from haul_ros.physics.kernel.resolution import too_long
+from haul_ros.physics.kernel.separation import gives_way
 from haul_ros.physics.kernel.traction import take_up_traction
 
 
@@ -73,7 +74,9 @@ def _in_motion(direction: Floats) -> bool:
 
 @entry
 def advance(blocks: Blocks, n_steps: int) -> None:
-    """Advance the train by ``n_steps`` time steps; the outcome does not depend on how steps are grouped.
+    """Advance the train by ``n_steps`` time steps, or fewer, up to one at whose end a coupler or a hose gives way.
+
+    The outcome does not depend on how steps are grouped.
 
     Counters tell how the steps went: Newton iterations, steps that had to be divided, parts of
     steps taken with a residual above the tolerance.
@@ -116,3 +119,5 @@ def advance(blocks: Blocks, n_steps: int) -> None:
         counters.step += 1
         if _in_motion(masses.direction):
             counters.last_motion_step = counters.step
+        if settings.may_part and gives_way(blocks):
+            break

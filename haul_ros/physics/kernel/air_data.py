@@ -144,6 +144,8 @@ class AirState(NamedTuple):
     """Of the face behind the vehicle: 1 open, 0 closed [-]."""
     hole: Floats
     """Effective area of the pipe's opening to the atmosphere: leak, hole, parted hose [m^2]."""
+    cut_out: Floats
+    """1: the control valve is cut out from the pipe, and its cylinder open to the atmosphere [-]."""
 
 
 class DriverValveParameters(NamedTuple):

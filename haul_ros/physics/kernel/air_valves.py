@@ -203,13 +203,27 @@ def _graduated_release(air: Record, parameters: AirParameters, state: AirState, 
 
 
 @inner
+def _cut_out(air: Record, parameters: AirParameters, state: AirState, i: int) -> float:
+    """A valve that is cut out from the pipe: its cylinder empties, its chambers wait where they will find the pipe."""
+    state.position[i] = RELEASED
+    state.emergency[i] = 0.0
+    state.quick_service[i] = 0.0
+    state.boosting[i] = 0.0
+    state.vent_left[i] = 0.0
+    state.chamber[i] = state.pipe[i]
+    return _exhaust(air, parameters, state, i, parameters.exhaust_area[i])
+
+
+@inner
 def control_valves(air: Record, parameters: AirParameters, state: AirState) -> float:
     """All control valves, and the openings of the pipe, for an air step; mass that left to the atmosphere [kg]."""
     lost = 0.0
     for i in range(state.pipe.shape[0]):
         state.inflow[i] = 0.0
         state.cylinder_before[i] = state.cylinder[i]
-        if parameters.kind[i] == DIRECT_RELEASE:
+        if state.cut_out[i] == 1.0:
+            lost += _cut_out(air, parameters, state, i)
+        elif parameters.kind[i] == DIRECT_RELEASE:
             lost += _direct_release(air, parameters, state, i)
         elif parameters.kind[i] == GRADUATED_RELEASE:
             lost += _graduated_release(air, parameters, state, i)

@@ -104,17 +104,16 @@ def advance_waves(
     """Let every wave run, in both directions from its locomotive, in a step from ``start`` to ``time`` [s].
 
     Arrivals need not fall on time steps: the cylinder starts to fill at the exact arrival time.
-    Waves that have left the train are removed, the others keep their order.
+    Waves that have left the train, or come to its ends or to parted hoses, are removed, the others keep their order.
     """
     centre_offset = parameters.centre_offset
-    n_vehicles = centre_offset.shape[0]
     kept = 0
     for w in range(counters.waves):
         wave = waves[w]
         origin = centre_offset[wave.origin]
         for direction in (-1, 1):
             i = wave.ahead if direction < 0 else wave.behind
-            while 0 <= i < n_vehicles:
+            while wave.first <= i <= wave.last:
                 arrival = arrival_time(wave, centre_offset[i], origin)
                 if arrival > time:
                     break
@@ -125,7 +124,7 @@ def advance_waves(
                 wave.ahead = i
             else:
                 wave.behind = i
-        if wave.ahead >= 0 or wave.behind < n_vehicles:
+        if wave.ahead >= wave.first or wave.behind <= wave.last:
             waves[kept] = waves[w]
             kept += 1
     counters.waves = kept

@@ -283,11 +283,17 @@ class GearParameters(NamedTuple):
     inverse_transition_speed: Floats
     """1/Ve [s/m]."""
     full_stroke: Floats
-    """At which the gear is closed, slack included [m]."""
+    """In buff, at which the gear is closed, slack included [m]."""
+    full_draft_stroke: Floats
+    """The same in draft; infinite once the coupler is parted [m]."""
     inverse_reduced_mass: Floats
     """1/m1 + 1/m2 of the masses that it joins [1/kg]."""
     preloaded: Floats
     """1 for a gear with a preload, in buff or in draft [-]."""
+    strength: Floats
+    """Tension at which the coupler breaks; infinite: never, or it is parted already [N]."""
+    hose_reach: Floats
+    """Gap of a parted coupler at which the hose parts; infinite: it is not parted, or the hose is already [m]."""
 
 
 class Hinges(NamedTuple):
@@ -431,11 +437,12 @@ def record_type(fields: str) -> np.dtype[Any]:
 
 
 SETTINGS = record_type("""
-    time_step tolerance start_chainage #has_line #has_stops #has_drawbars #has_slack
+    time_step tolerance start_chainage #has_line #has_stops #has_drawbars #has_slack #may_part
     knee rate_to_knee rate_from_knee rate_service rate_release #friction_follows_pressure
 """)
 """time_step [s]; tolerance: force residual at which a step is converged [N]; start_chainage: of the
-head at t = 0 [m]; knee: fraction of emergency pressure; rates: such fractions per second [1/s]."""
+head at t = 0 [m]; may_part: 1 if a coupler may break, or the hose of a parted one part; knee: fraction of emergency
+pressure; rates: such fractions per second [1/s]."""
 
 COUNTERS = record_type(
     "#step #newton_total #newton_max #fallback_steps #unconverged_steps #waves #waves_started #last_motion_step "
@@ -446,7 +453,8 @@ has_traction: 1 once there was any; balanced: 1 once the initial state is in bal
 because of a stiff contact; part: what is tried next of the time step, in 256ths; worst_residual: the largest one
 accepted in an unconverged step [N]."""
 
-WAVE = record_type("time speed level #kind #serial #origin #ahead #behind")
+WAVE = record_type("time speed level #kind #serial #origin #ahead #behind #first #last")
 """time at which it starts [s], speed [m/s], level: cylinder fraction asked for; serial: counts the
 waves as they are started, from 1; origin: vehicle;
-ahead, behind: the next vehicle to be reached on either side, -1 / v where none is left."""
+ahead, behind: the next vehicle to be reached on either side; first, last: the vehicles that it can reach at all, for
+it does not pass a parted hose."""

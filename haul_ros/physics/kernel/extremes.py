@@ -12,7 +12,7 @@ from haul_ros.physics.kernel.blocks import (
     hinges_of,
 )
 from haul_ros.physics.kernel.coupler import force_at
-from haul_ros.physics.kernel.data import Floats, GearExtremes
+from haul_ros.physics.kernel.data import Floats, GearExtremes, GearParameters
 from haul_ros.physics.kernel.drawbar import keep_force
 
 
@@ -29,17 +29,17 @@ def _keep_time_of_largest(value: Floats, sign: float, largest: Floats, kept: Flo
 
 
 @inner
-def _keep_closing(bottomed_time: Floats, k: int, stroke: float, full_stroke: float, time: float) -> None:
+def _keep_closing(bottomed_time: Floats, k: int, stroke: float, parameters: GearParameters, time: float) -> None:
     open_so_far = bottomed_time[k] != bottomed_time[k]
-    if open_so_far and abs(stroke) >= full_stroke:
+    if open_so_far and (stroke >= parameters.full_stroke[k] or -stroke >= parameters.full_draft_stroke[k]):
         bottomed_time[k] = time
 
 
 @inner
-def _keep_stroke(extremes: GearExtremes, k: int, stroke: float, full_stroke: float, time: float) -> None:
+def _keep_stroke(extremes: GearExtremes, k: int, stroke: float, parameters: GearParameters, time: float) -> None:
     extremes.compression_stroke[k] = max(extremes.compression_stroke[k], stroke)
     extremes.tension_stroke[k] = max(extremes.tension_stroke[k], -stroke)
-    _keep_closing(extremes.bottomed_time, k, stroke, full_stroke, time)
+    _keep_closing(extremes.bottomed_time, k, stroke, parameters, time)
 
 
 @inner
@@ -77,7 +77,7 @@ def keep_extremes_on_the_way(blocks: Blocks, start: float, h: float) -> None:
                 time = start + part * h
                 keep_force(extremes, k, force_at(hinges, k, stroke, at), time)
                 if at == 0.0:
-                    _keep_stroke(extremes, k, stroke, parameters.full_stroke[k], time)
+                    _keep_stroke(extremes, k, stroke, parameters, time)
 
 
 @inner
@@ -92,6 +92,6 @@ def keep_extremes(blocks: Blocks, time: float) -> None:
     _keep_largest(stroke, 1.0, extremes.compression_stroke)
     _keep_largest(stroke, -1.0, extremes.tension_stroke)
     if blocks.settings[0].has_stops:
-        full_stroke = gear_parameters_of(blocks.gear_parameters).full_stroke
+        parameters = gear_parameters_of(blocks.gear_parameters)
         for k in range(stroke.shape[0]):
-            _keep_closing(extremes.bottomed_time, k, stroke[k], full_stroke[k], time)
+            _keep_closing(extremes.bottomed_time, k, stroke[k], parameters, time)
