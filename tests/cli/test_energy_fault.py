@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.train_model import TrainModel
 
 if TYPE_CHECKING:
@@ -25,8 +24,8 @@ def test_energy_from_nowhere_is_said_and_ends_with_status_1(
 ) -> None:
     assert haul(*RUN, "-o", "run.mcap").err == ""
     # Gears that hold a kilojoule more than their curves say, as if a contact had made it.
-    wrong = "haul_ros.physics.energy.stored_energy"
-    monkeypatch.setattr(wrong, lambda gear, stroke: stored_energy(gear, stroke) + 1e3)
+    stored = TrainModel.stored_energies.__get__
+    monkeypatch.setattr(TrainModel, "stored_energies", property(lambda model: stored(model) + 1e3))
     outcome = haul(*command)
     assert outcome.status == 1
     assert "haul: warning: the energy balance does not hold" in outcome.err
