@@ -71,6 +71,8 @@ class EventDetector:
         self._applications = None
         if isinstance(brakes, PneumaticBrake):
             self._applications = ApplicationWatch(consist, brakes, partial(_named, names=self._vehicle_names))
+        self.released = np.zeros(len(consist.vehicles), dtype=bool)
+        """Vehicles whose pneumatic brake has released without a command so far."""
         self.overspeed = OverspeedWatch(consist, track or Track())
         """What of the train was faster than the line allows so far."""
 
@@ -113,6 +115,7 @@ class EventDetector:
             at = _named(np.flatnonzero(tripped), self._vehicle_names)
             found.append(Event(time_ns, EventKind.VALVE, f"{at}: undesired emergency: no locomotive has asked for it"))
         if released.any() and not (valves.release_commanded or before.release_commanded):
+            self.released |= released
             at = _named(np.flatnonzero(released), self._vehicle_names)
             found.append(Event(time_ns, EventKind.VALVE, f"{at}: unintended release: no locomotive has asked for it"))
         return found

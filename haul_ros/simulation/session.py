@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER, Consist
@@ -192,6 +194,17 @@ class Session:
     def overspeeds(self) -> Overspeeds:
         """Speed over the limits of the line since the start, by the samples whose logs were taken."""
         return self._events.overspeed.found
+
+    @property
+    def unintended_releases(self) -> int:
+        """Vehicles that have released a pneumatic brake unasked so far, by the samples whose logs were taken."""
+        return int(np.count_nonzero(self._events.released))
+
+    @property
+    def unbraked(self) -> int:
+        """Vehicles whose pneumatic brake is released though no locomotive charges the pipe."""
+        valves = self._model.valves()
+        return 0 if valves is None or valves.release_commanded else int(np.count_nonzero(~valves.applied))
 
     def radio_link(self, slave: str) -> RadioLink:
         """The radio link to a slave."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haul_ros.analysis.envelopes import largest_force
+from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario import load_scenario
@@ -72,7 +73,10 @@ class CaseResult:
 
     ``geared`` (n_couplers,) is false for rigid drawbars; ``locomotives`` are vehicle indices;
     ``stop_time`` [s] is NaN if the train did not stop; ``distance`` [m] is how far the head went;
-    ``energy_fault`` is that of the energy balance, in words, empty if it holds.
+    ``energy_fault`` is that of the energy balance, in words, empty if it holds. ``top_speed`` [m/s] is the largest of
+    all states looked at, with a pneumatic brake the samples; ``released`` is how many vehicles have released their
+    pneumatic brake, however often, that no locomotive had asked to, ``unbraked`` how many do not brake at the end
+    though no locomotive charges the pipe.
     """
 
     extremes: CouplerExtremes
@@ -83,6 +87,9 @@ class CaseResult:
     relative_imbalance: float
     unconverged_steps: int
     energy_fault: str = ""
+    top_speed: float = 0.0
+    released: int = 0
+    unbraked: int = 0
 
     @property
     def force(self) -> FloatArray:
@@ -114,7 +121,8 @@ class CaseResult:
     def complete(self) -> bool:
         """Every number is there but times of what did not happen: a stop, a gear that closed."""
         arrays = [value for name, value in asdict(self.extremes).items() if name != "bottomed_time"]
-        return all(np.isfinite(array).all() for array in [*arrays, self.distance, self.relative_imbalance])
+        numbers = [self.distance, self.relative_imbalance, self.top_speed]
+        return all(np.isfinite(array).all() for array in [*arrays, *numbers])
 
     def check_form(self) -> None:
         """See that arrays are of numbers and fit each other; ValueError: they do not."""
@@ -161,6 +169,9 @@ class CaseResult:
                 relative_imbalance=float(named["relative_imbalance"]),
                 unconverged_steps=int(named["unconverged_steps"]),
                 energy_fault=str(named["energy_fault"]),
+                top_speed=float(named["top_speed"]),
+                released=int(named["released"]),
+                unbraked=int(named["unbraked"]),
             )
             result.check_form()
             return result
@@ -219,12 +230,18 @@ def simulate(scenario: Scenario, stop: Callable[[], bool] = lambda: False) -> Ca
         ``stop`` has become true, a fraction of a second before.
     """
     session = Session(scenario, play_commands=True)
-    speed = scenario.initial_speed
+    speed = top_speed = scenario.initial_speed
+    pneumatic = isinstance(scenario.brakes, PneumaticBrake)
     while not session.finished:
         if stop():
             raise CaseStoppedError
-        ahead = math.ceil(max(_CHECK_EVERY, speed / _HARDEST_STOP) / scenario.time_step)
+        if pneumatic:  # whose valves are to be looked at often
+            ahead = session.steps_per_sample
+        else:
+            ahead = math.ceil(max(_CHECK_EVERY, speed / _HARDEST_STOP) / scenario.time_step)
         speed = float(session.advance(min(ahead, session.steps_left), stop=stop).speed.max())
+        top_speed = max(speed, top_speed)
+        session.take_log()
     stop_time, energy = session.stop_time, session.energy()
     return CaseResult(
         extremes=session.extremes(),
@@ -235,4 +252,7 @@ def simulate(scenario: Scenario, stop: Callable[[], bool] = lambda: False) -> Ca
         relative_imbalance=energy.relative_imbalance,
         unconverged_steps=session.status().solver.unconverged_steps,
         energy_fault=energy.fault or "",
+        top_speed=top_speed,
+        released=session.unintended_releases,
+        unbraked=session.unbraked,
     )

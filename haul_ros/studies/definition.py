@@ -22,6 +22,7 @@ from haul_ros.studies.sweep import (
     Draw,
     PaperValues,
     Sweep,
+    Trend,
     bounded_axes,
     has_values,
     list_axis,
@@ -72,6 +73,8 @@ def load_study(name_or_path: str) -> Sweep:
             paper=tuple(map(_paper, data.get("paper", []))),
             fitted=tuple(data.get("fitted", [])),
             kind=data.get("kind", "sweep"),
+            quantity=data.get("quantity", "force"),
+            trends=tuple(map(_trend, data.get("trends", []))),
         )
         KINDS[study.kind].check(study)
     except StudyError as error:
@@ -115,6 +118,10 @@ def _paper(entry: Mapping[str, Any]) -> PaperValues:
         stroke=entry["stroke_mm"] / 1e3 if "stroke_mm" in entry else None,
         position=entry.get("position"),
     )
+
+
+def _trend(entry: Mapping[str, Any]) -> Trend:
+    return Trend(entry["along"], entry["quantity"], entry["sense"] == "rises", entry["source"])
 
 
 def free_sweep(

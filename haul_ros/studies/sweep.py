@@ -84,6 +84,16 @@ class PaperValues:
     position: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """What is published on a quantity along an axis: that it rises, or falls; ``source`` says where."""
+
+    along: str
+    quantity: str
+    rises: bool
+    source: str
+
+
 def has_values(case: Case, where: Mapping[str, object]) -> bool:
     """Whether a case has these values."""
     return all(name in case.values and case.values[name] == value for name, value in where.items())
@@ -96,7 +106,8 @@ class Sweep:
     At most `MOST_CASES` and `MOST_DRAWN`, else StudyError. The first n of more samples are those of n samples, and the
     samples are the same in all combinations.
     ``kind`` says what is made of them (`haul_ros.studies.kinds.table.KINDS`). ``fitted`` has the values of
-    the cases whose claims the parameters were fitted to; none: what comes out was in no fit.
+    the cases whose claims the parameters were fitted to; none: what comes out was in no fit. ``quantity`` is what a map
+    shows, ``trends`` what it is judged by.
     """
 
     name: str
@@ -110,6 +121,8 @@ class Sweep:
     paper: tuple[PaperValues, ...] = ()
     fitted: tuple[Mapping[str, object], ...] = ()
     kind: str = "sweep"
+    quantity: str = "force"
+    trends: tuple[Trend, ...] = ()
 
     def __post_init__(self) -> None:
         if self._size() > MOST_CASES:

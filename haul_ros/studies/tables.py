@@ -11,6 +11,7 @@ from haul_ros.analysis.tables import Table
 from haul_ros.model.sample import FloatArray
 from haul_ros.studies.case import CaseResult, Finished
 from haul_ros.studies.sweep import PaperValues
+from haul_ros.units import mps_to_kmh
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """Of the cases, at each coupler; 0 and 1 are the smallest and the largest."""
@@ -34,6 +35,9 @@ def case_row(finished: Finished[CaseResult], paper: PaperValues) -> dict[str, ob
         "max_stroke_mm": result.largest_stroke * 1e3,
         "stop_time_s": None if math.isnan(result.stop_time) else result.stop_time,
         "distance_m": result.distance,
+        "top_speed_kmh": mps_to_kmh(result.top_speed),
+        "unintended_releases": result.released,
+        "unbraked_at_end": result.unbraked,
         "bottomed_couplers": int(np.isfinite(extremes.bottomed_time).sum()),
         "unconverged_steps": result.unconverged_steps,
         "relative_energy_imbalance": result.relative_imbalance,

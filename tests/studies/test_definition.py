@@ -19,6 +19,11 @@ NAMED = {
     "vibration": "vibration",
     "marshalling": "comparison",
     "monte-carlo": "sweep",
+    "cyclic-braking": "map",
+    "release-speed": "map",
+    "unintended-release": "map",
+    "burst-hose": "map",
+    "radio-outage": "map",
 }
 
 

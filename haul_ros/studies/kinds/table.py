@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from haul_ros.studies.kinds.along_train import DISTRIBUTION, VALIDATION
 from haul_ros.studies.kinds.beside import COMPARISON, SWEEP
 from haul_ros.studies.kinds.kind import Kind
+from haul_ros.studies.kinds.map import MAP
 from haul_ros.studies.kinds.rigid_arm_map import RIGID_ARM_MAP
 from haul_ros.studies.kinds.rigid_arms import RIGID_ARMS
 from haul_ros.studies.kinds.series import INITIAL_SPEED, STIFFNESS, SYNCHRONISATION
@@ -23,4 +24,5 @@ KINDS: Mapping[str, Kind] = {
     "rigid_arms": RIGID_ARMS,
     "rigid_arm_map": RIGID_ARM_MAP,
     "vibration": VIBRATION,
+    "map": MAP,
 }
