@@ -112,7 +112,7 @@ class ValveState:
 
     ``applied``: not released; ``emergency``: it has tripped. ``release_commanded``: some brake valve charges the pipe;
     ``emergency_commanded``: some brake valve vents it by hand. ``targets``: gauge pressures of the pipe that the brake
-    valves are put to [Pa]; ``feed_cut``: they do not feed it.
+    valves are put to [Pa]; ``feed_cut``: they do not feed it. ``cut_out`` (v,): the control valve is cut out.
     """
 
     applied: NDArray[np.bool_]
@@ -121,6 +121,7 @@ class ValveState:
     emergency_commanded: bool
     targets: Floats
     feed_cut: NDArray[np.bool_]
+    cut_out: NDArray[np.bool_]
 
 
 class TrainModel:
@@ -610,6 +611,7 @@ class TrainModel:
             emergency_commanded=bool(driver.emergency.any()),
             targets=driver.target - ATMOSPHERE,
             feed_cut=driver.feed_cut != 0.0,
+            cut_out=state.cut_out != 0.0,
         )
 
     @property

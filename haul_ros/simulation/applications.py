@@ -69,7 +69,7 @@ class ApplicationWatch:
     - the pipe must not fall `LOST` below the lowest pressure that a brake valve is put to, nor below what it was at the
       start if that was lower still, but in an emergency.
 
-    A further demand begins anew for those that have been told of.
+    A further demand begins anew for those that have been told of. Cylinders of valves that are cut out are not watched.
     """
 
     def __init__(self, consist: Consist, brake: PneumaticBrake, names: Callable[[Iterable[int]], str]) -> None:
@@ -121,6 +121,7 @@ class ApplicationWatch:
         np.minimum(self._lowest, self._cylinder, out=self._lowest)
         begun = valves.applied & (self._cylinder > self._lowest + BEGUN)
         np.maximum(self._highest, self._cylinder, out=self._highest, where=begun | (self._highest > -np.inf))
+        self._lowest[valves.cut_out], self._highest[valves.cut_out] = np.inf, -np.inf
         self._fallen.found |= self._highest - self._cylinder > LOST
 
     def _watch_what_is_asked(self, time_ns: int, valves: ValveState) -> None:
@@ -138,7 +139,8 @@ class ApplicationWatch:
         self._level[moving], self._pipe_level[moving] = self._cylinder[moving], self._pipe[moving]
         self._since_ns[moving] = time_ns
         settled = time_ns - self._since_ns >= np.where(arrived, SETTLED, STUCK) * NS_PER_S
-        self._short.found |= settled & (self._cylinder < self._asked - LOST) & ~self._fallen.found
+        lacking = (self._cylinder < self._asked - LOST) & ~(self._fallen.found | valves.cut_out)
+        self._short.found |= settled & lacking
 
     def _words_of_fallen(self, new: Flags) -> str:
         left, had = self._cylinder[new].min() / 1e3, self._highest[new].max() / 1e3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -172,6 +173,43 @@ def test_a_long_train_with_one_locomotive_takes_its_time_and_reaches_what_is_ask
     session = session_of(consist=[{"vehicle": "SS4", "role": "master"}, {"vehicle": "C80", "count": 204}])
     brake(session, demand)
     assert run(session, 240) == []
+
+
+def faulty(*events: dict[str, Any], **overrides: Any) -> Session:
+    """A train with a locomotive at its head only, and faults."""
+    consist = [{"vehicle": "SS4", "role": "master"}, {"vehicle": "C80", "count": 20}]
+    return session_of(consist=consist, faults={"events": list(events)}, **overrides)
+
+
+def test_wagons_behind_a_closed_angle_cock_do_not_reach_what_is_asked() -> None:
+    session = faulty({"at_s": 1, "close_angle_cock": 12})
+    assert run(session, 5) == []
+    brake(session, 0.5)
+    ((time, text),) = run(session, 60)
+    assert text.startswith(
+        "vehicle_013_C80 to vehicle_021_C80: application not reached: cylinders at 0 kPa and no more"
+    )
+    assert time == pytest.approx(5.0 + STUCK, abs=1.0)
+
+
+def test_a_wagon_that_is_cut_out_is_none_that_does_not_hold() -> None:
+    """Cut out in the application, which vents its cylinder by hand, and all through the next one."""
+    session = faulty({"at_s": 40, "cut_out_valve": 9})
+    brake(session, 0.5)
+    assert run(session, 60) == []
+    assert session.sample().cylinder_pressure[8] < 1e3 < session.sample().cylinder_pressure[9]
+    brake(session, 0.8)
+    assert run(session, 60) == []
+
+
+def test_a_leak_of_a_scenario_is_told_where_it_is() -> None:
+    session = faulty({"at_s": 40, "leak": 13, "bore_mm": 3})
+    brake(session, 0.2)
+    assert run(session, 40) == []
+    text = run(session, 60)[0][1]
+    assert text.endswith(": application not held: brake pipe down to 412 kPa, put to 432")
+    ((first, last),) = re.findall(r"^vehicle_(\d+)_C80 to vehicle_(\d+)_C80: ", text)
+    assert (int(first) + int(last)) / 2 == 13
 
 
 def test_nobody_has_applied_nothing_is_told() -> None:
