@@ -42,7 +42,8 @@ def test_the_shipped_parameters_are_of_the_node() -> None:
     text = (ROOT / "config" / "long_recording.yaml").read_text("utf-8")
     nested = parse_yaml(text, "long_recording.yaml").data["/**"]["ros__parameters"]
     rounding = nested.pop("rounding")
-    given = parameters.check_given(nested | {f"rounding.{name}": value for name, value in rounding.items()})
+    given, unknown = parameters.check_given(nested | {f"rounding.{name}": v for name, v in rounding.items()})
+    assert unknown == {}
     scenario = load_scenario("daqin_descent", parameters.scenario_overrides(given))
     assert (scenario.recording, scenario.sample_rate) == (PLAN, 50.0)
     values = parameters.values_in_effect(scenario, {})
