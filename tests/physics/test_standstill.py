@@ -18,6 +18,7 @@ from tests.physics.physics_cases import (
     WAGON_RESISTANCE,
     G,
     assert_converged,
+    brake_system,
     gear_forces,
     linear_gear,
     model,
@@ -213,6 +214,37 @@ def test_a_creeping_mass_without_friction_is_not_arrested() -> None:
     train = model(train_of([vehicle()], None), 0.9 * CAPTURE_SPEED)
     train.advance(100)
     assert train.speed[0] == pytest.approx(0.9 * CAPTURE_SPEED, rel=1e-6)
+
+
+@pytest.mark.parametrize("time_step", [4e-3, 1e-3, 2.5e-4])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_wagon_that_breaks_loose_slips_until_friction_has_stopped_it(time_step: float, sense: float) -> None:
+    """A wagon on a spring that is just stronger than what holds it, against the closed form of stick and slip.
+
+    Sliding, it is held by F_k alone, less than F_s at rest: it swings about F_k and stands where the spring is at
+    F_k - (F_s - F_k), with (F_s - F_k) / sqrt(k m) on the way. That it is slow at first is no standstill.
+    """
+    stiffness, mass = 30e6, 100e3
+    at_rest, sliding = 3.5e-3 * mass * G, wagon_resistance(0.0) * mass * G
+    heavy, wagon = (vehicle(m, resistance=WAGON_RESISTANCE) for m in (1e9, mass))
+    stroke = sense * at_rest * (1.0 + 1e-6) / stiffness
+    train = TrainModel(
+        train_of([heavy, wagon], linear_gear(stiffness, stiffness)),
+        brake_system(),
+        initial_speed=0.0,
+        initial_stroke=stroke,
+        time_step=time_step,
+    )
+    fastest = 0.0
+    for _ in range(round(0.5 / time_step)):
+        train.advance(1)
+        fastest = max(fastest, -sense * float(train.speed[1]))
+    slips = at_rest - sliding
+    assert fastest == pytest.approx(slips / np.sqrt(stiffness * mass), rel=5e-3)
+    assert train.at_standstill
+    # CAPTURE_SPEED ends the slip early, by this part of it.
+    early = 1.0 - np.sqrt(1.0 - (CAPTURE_SPEED / fastest) ** 2)
+    assert sense * train.sample().coupler_force[0] == pytest.approx(sliding - slips, abs=(early + 0.01) * slips)
 
 
 def test_a_heavy_rigid_train_converges_at_a_short_step_to_what_rounding_allows() -> None:

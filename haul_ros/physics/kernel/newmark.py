@@ -78,9 +78,10 @@ MAX_TRIES = 30
 """Lengths of a correction that are tried; each halves at worst what is left of it."""
 
 CAPTURE_SPEED = 1e-4
-"""Speed [m/s] below which a mass stands if friction can hold it.
+"""Speed [m/s] below which a mass that becomes no faster stands if friction can hold it.
 
-Without it a mass that a coupler eases into balance would creep on for ever, ever more slowly.
+Without it a mass that a coupler eases into balance would creep on for ever, ever more slowly. One that has just broken
+loose is as slow, for as many steps as they are short, and goes on: it has more than the friction of sliding against it.
 """
 
 ROUNDING = 4.0 * 2.3e-16
@@ -98,12 +99,17 @@ NOT_CONVERGED = -1
 
 
 @inner
+def _comes_to_rest(velocity: float, acceleration: float) -> bool:
+    """Whether a mass is slow enough to stand, and not on its way to be faster."""
+    return abs(velocity) < CAPTURE_SPEED and velocity * acceleration <= 0.0
+
+
+@inner
 def _predict(masses: MassState, new_velocity: Floats, new_direction: Floats, h: float) -> None:
     """First guess of the velocities at the end: the acceleration stays. Nothing turns round at once."""
     velocity, direction, acceleration = masses.velocity, masses.direction, masses.acceleration
     for m in range(new_direction.shape[0]):
-        slow = abs(velocity[m]) < CAPTURE_SPEED
-        new_direction[m] = 0.0 if slow else direction[m]
+        new_direction[m] = 0.0 if _comes_to_rest(velocity[m], acceleration[m]) else direction[m]
     for m in range(new_velocity.shape[0]):
         guess = velocity[m] + h * acceleration[m]
         new_velocity[m] = guess if guess * new_direction[m] > 0.0 else 0.0
@@ -169,7 +175,8 @@ def _standing_equations(mass: Floats, masses: MassState, trial: MassTrial, h: fl
         applied_force, friction = trial.applied_force[m], trial.friction[m]
         needed = holding_force(mass, masses, applied_force, m, h)
         # What it takes to end a creep counts for nothing: over a short step it would look like a large force.
-        creep_ends = abs(masses.velocity[m]) < CAPTURE_SPEED and abs(applied_force) < friction
+        slow = _comes_to_rest(masses.velocity[m], masses.acceleration[m])
+        creep_ends = slow and abs(applied_force) < friction
         if abs(needed) > friction and not creep_ends:
             loose += 1
             trial.direction[m] = 1.0 if needed < 0.0 else -1.0
