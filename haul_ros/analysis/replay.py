@@ -70,6 +70,7 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
     scenario = recorded_scenario(recording)
     session = Session(scenario, requests=recording.requests(), play_faults=False)
     encoder = TelemetryEncoder.like(recording.channels, scenario)
+    older = recording.has_times_in_velocity()
     messages, differing = 0, 0
     first: Difference | None = None
     counted = (*recording.channels.samples, *recording.channels.measured)
@@ -90,7 +91,8 @@ def replay_and_compare(recording: Recording, show: Callable[[Sample], None] = la
             if topic not in replayed:
                 raise RecordingError(f"{recording.path}: {topic} at {session.time:.3f} s, when no sensor measures")
         elif topic not in replayed:  # once a second, not with every sample
-            replayed |= _by_topic(encoder.extremes(session.time_ns, session.extremes()))
+            extremes = encoder.extremes(session.time_ns, session.extremes(), time_in_velocity=older)
+            replayed |= _by_topic(extremes)
         if recorded.data != replayed[topic].data:
             differing += 1
             again = replayed[topic]

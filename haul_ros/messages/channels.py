@@ -88,6 +88,8 @@ class ChannelTable:
     auxiliary_reservoir_pressure: Channel | None
     max_compression: Channel
     max_tension: Channel
+    max_compression_time: Channel
+    max_tension_time: Channel
     real_time_factor: Channel
     diagnostics: Channel
     events: Channel
@@ -117,7 +119,12 @@ class ChannelTable:
     @property
     def state(self) -> tuple[Channel, ...]:
         """What tells of the train's motion alone, so that the same run gives the same bytes."""
-        return (*self.samples, *self.measured, self.max_compression, self.max_tension)
+        return (*self.samples, *self.measured, *self.extremes)
+
+    @property
+    def extremes(self) -> tuple[Channel, ...]:
+        """What the largest forces so far have a message of."""
+        return (self.max_compression, self.max_tension, self.max_compression_time, self.max_tension_time)
 
     @property
     def remapped(self) -> dict[str, str]:
@@ -142,7 +149,8 @@ class ChannelTable:
 
     def __iter__(self) -> Iterator[Channel]:
         yield from self.samples
-        yield from (self.max_compression, self.max_tension, self.real_time_factor, self.diagnostics)
+        yield from self.extremes
+        yield from (self.real_time_factor, self.diagnostics)
         yield self.events
         yield from self.measured
         yield from self.applied_brake.values()
@@ -223,6 +231,8 @@ def channel_table(
         ),
         max_compression=private("max_compression", JOINT_STATE, EVENT),
         max_tension=private("max_tension", JOINT_STATE, EVENT),
+        max_compression_time=private("max_compression_time", FLOAT64_ARRAY, EVENT),
+        max_tension_time=private("max_tension_time", FLOAT64_ARRAY, EVENT),
         real_time_factor=private("real_time_factor", FLOAT64, EVENT),
         diagnostics=Channel("/diagnostics", DIAGNOSTICS, EVENT),
         events=private("events", LOG, STREAM),

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from haul_ros.messages.cdr import (
     JointStateCodec,
     encode_float64,
@@ -19,6 +21,7 @@ from haul_ros.messages.quantities import (
     EXTREME_QUANTITIES,
     MEASURED_QUANTITIES,
     PRESSURE_QUANTITY,
+    TIME_QUANTITY,
     VEHICLE_QUANTITIES,
     coupler_arrays,
     extreme_arrays,
@@ -26,6 +29,7 @@ from haul_ros.messages.quantities import (
     measured_codec,
     pressure_arrays,
     pressure_codec,
+    time_codec,
     vehicle_arrays,
 )
 from haul_ros.messages.requests import RequestCodec
@@ -114,6 +118,8 @@ class TelemetryEncoder:
         self.measured_names = tuple(consist.coupler_names[coupler] for coupler in sensors.couplers) if sensors else ()
         """Of the couplers with sensors."""
         self._measured = measured_codec(self.measured_names, stroke=bool(sensors and sensors.stroke))
+        self._time = time_codec(len(consist.coupler_names))
+        self._zeros = np.zeros(len(consist.coupler_names))
         self._logger = logger_name(prefix)
 
     @classmethod
@@ -212,17 +218,26 @@ class TelemetryEncoder:
             return dict(zip(MEASURED_QUANTITIES, self._measured.decode(message.data), strict=True))
         if message.channel == self.channels.vehicles:
             return dict(zip(VEHICLE_QUANTITIES, self._vehicles.decode(message.data), strict=True))
+        if message.channel in (self.channels.max_compression_time, self.channels.max_tension_time):
+            return {TIME_QUANTITY: self._time.decode(message.data)}
         of_couplers = message.channel == self.channels.couplers
         quantities = COUPLER_QUANTITIES if of_couplers else EXTREME_QUANTITIES
         return dict(zip(quantities, self._couplers.decode(message.data), strict=True))
 
-    def extremes(self, time_ns: int, extremes: CouplerExtremes) -> tuple[Message, Message]:
-        """Largest compression and largest tension of each coupler so far; see `ExtremeArrays`."""
-        compression, tension = extreme_arrays(extremes)
-        return (
-            Message(self.channels.max_compression, time_ns, self._couplers.encode(time_ns, *compression)),
-            Message(self.channels.max_tension, time_ns, self._couplers.encode(time_ns, *tension)),
-        )
+    def extremes(
+        self, time_ns: int, extremes: CouplerExtremes, *, time_in_velocity: bool = False
+    ) -> tuple[Message, ...]:
+        """Largest compression and largest tension of each coupler so far; see `ExtremeArrays`.
+
+        With ``time_in_velocity`` as older versions recorded them.
+        """
+        channels, both = self.channels, extreme_arrays(extremes)
+        states = [
+            self._couplers.encode(time_ns, found.stroke, found.time if time_in_velocity else self._zeros, found.force)
+            for found in both
+        ]
+        times = [] if time_in_velocity else [self._time.encode(found.time) for found in both]
+        return tuple(Message(c, time_ns, data) for c, data in zip(channels.extremes, [*states, *times], strict=False))
 
     def real_time_factor(self, time_ns: int, value: float) -> Message:
         """Simulated time per wall time."""

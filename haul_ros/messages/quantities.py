@@ -40,10 +40,10 @@ PRESSURE_QUANTITY = "pressure [Pa]"
 
 
 class ExtremeArrays(NamedTuple):
-    """Position, velocity and effort of ``~/max_compression`` and ``~/max_tension``.
+    """Extremes of ``~/max_compression`` and its ``_time``, or of ``~/max_tension`` and its ``_time``.
 
-    Largest stroke [m] and largest force [N], both negative in tension. Velocity, which has no meaning for an extreme,
-    holds the simulation time [s] at which that force occurred.
+    Largest stroke [m] and largest force [N], both negative in tension, and the simulation time [s] at which that force
+    occurred. Older versions had the time in velocity, which has no meaning for an extreme and is 0.
     """
 
     stroke: FloatArray
@@ -51,7 +51,9 @@ class ExtremeArrays(NamedTuple):
     force: FloatArray
 
 
-EXTREME_QUANTITIES = ("stroke [m]", "time [s]", "force [N]")
+EXTREME_QUANTITIES = ("stroke [m]", "velocity", "force [N]")
+
+TIME_QUANTITY = "time [s]"
 
 
 def coupler_arrays(sample: Sample) -> CouplerArrays:
@@ -84,6 +86,11 @@ def pressure_arrays(sample: Sample) -> tuple[FloatArray, ...]:
 def pressure_codec(vehicles: int) -> ArrayCodec:
     """Codec of ``~/brake_cylinder_pressure``, and of the other pressures, of so many vehicles [Pa]."""
     return ArrayCodec("vehicle", vehicles)
+
+
+def time_codec(couplers: int) -> ArrayCodec:
+    """Codec of ``~/max_compression_time`` and ``~/max_tension_time`` of so many couplers [s]."""
+    return ArrayCodec("coupler", couplers)
 
 
 def extreme_arrays(extremes: CouplerExtremes) -> tuple[ExtremeArrays, ExtremeArrays]:

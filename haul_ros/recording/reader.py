@@ -27,6 +27,7 @@ from haul_ros.messages.quantities import (
     extremes_of,
     measured_codec,
     pressure_codec,
+    time_codec,
 )
 from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.command import Command
@@ -263,6 +264,10 @@ class Recording:
             raise RecordingError(f"{self.path}: holds no {self.channels.max_compression.topic}: nothing was run")
         return newest
 
+    def has_times_in_velocity(self) -> bool:
+        """Whether the times of the largest forces are where older versions had them."""
+        return not self.count(self.channels.max_compression_time)
+
     def scalars(self, topic: str) -> ScalarSeries:
         """A Float64, Int32 or Bool topic, by full name or relative to the node: ``slave_1/radio_delay``.
 
@@ -363,17 +368,24 @@ class Recording:
             yield by_id[message.channel_id], message
 
     def _extremes(self, reverse: bool) -> Iterator[RecordedExtremes]:
-        compression, tension = self.channels.max_compression.topic, self.channels.max_tension.topic
+        topics = [channel.topic for channel in self.channels.extremes]
+        if self.has_times_in_velocity():
+            topics = topics[:2]
         codec: JointStateCodec | None = None
         with self._border():
-            found = self._ordered([compression, tension], reverse=reverse)
+            found = self._ordered(topics, reverse=reverse)
             for time_ns, group in groupby(found, lambda entry: entry[1].log_time):
                 data = {topic: message.data for topic, message in group}
-                if len(data) < 2:  # cut off between the two
+                if len(data) < len(topics):  # cut off between them
                     continue
-                codec = codec or self._codec_of(self.channels.couplers, data[compression])
-                arrays = (ExtremeArrays(*codec.decode(data[topic])) for topic in (compression, tension))
-                yield RecordedExtremes(time_ns, extremes_of(*arrays))
+                codec = codec or self._codec_of(self.channels.couplers, data[topics[0]])
+                compression, tension = (ExtremeArrays(*codec.decode(data[topic])) for topic in topics[:2])
+                if len(topics) > 2:
+                    times = (time_codec(codec.count).decode(data[topic]) for topic in topics[2:])
+                    compression, tension = (
+                        arrays._replace(time=time) for arrays, time in zip((compression, tension), times, strict=True)
+                    )
+                yield RecordedExtremes(time_ns, extremes_of(compression, tension))
 
     def _joint_codec(self, channel: Channel) -> JointStateCodec:
         """The codec for the messages of a channel, from the first of them; without names if there is none."""

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from tests.cli.conftest import Haul
 
 SECOND = 10**9
+COMMAND = Command("master", CommandKind.BRAKE, 0.5)
 LIVE_REQUESTS: tuple[Request, ...] = (
     RadioLinkChange("slave_1", delay=0.2, jitter=0.1),
     Command("master", CommandKind.BRAKE, 0.3),
@@ -221,6 +222,22 @@ def test_a_file_that_lacks_messages_is_not_called_identical(
     found = json.loads(recorded("replay", "less.mcap", "--json").out)
     assert not found["identical"]
     assert found["missing"]
+
+
+def test_a_recording_with_the_times_of_extremes_in_velocity_is_repeated_bit_for_bit(haul: Haul) -> None:
+    scenario = load_scenario("short.yaml", {"commands": []})
+    encoder = TelemetryEncoder(scenario.consist)
+    session = Session(scenario)
+    with McapRecorder("old.mcap", scenario, encoder.channels, when_full="block") as recorder:
+        session.request(COMMAND)
+        recorder.put(encoder.entries([TimedRequest(0, COMMAND)]), 0)
+        for _ in range(100):
+            recorder.put(encoder.sample(session.advance()), 0)
+            recorder.put(encoder.extremes(session.time_ns, session.extremes(), time_in_velocity=True), 0)
+    with Recording("old.mcap") as recording:
+        assert recording.last_extremes().extremes.compression_time.max() > 0.0
+    outcome = haul("replay", "old.mcap")
+    assert outcome.out.startswith("identical: 500 messages"), outcome.out
 
 
 def test_a_changed_extreme_is_found(recorded: Haul) -> None:

@@ -17,7 +17,7 @@ def test_every_topic_of_the_contract_is_there_once() -> None:
     topics = [channel.topic for channel in TABLE]
     assert len(set(topics)) == len(topics)
     private = ["couplers", "vehicles", "brake_cylinder_pressure", "events"]
-    private += ["max_compression", "max_tension", "real_time_factor"]
+    private += ["max_compression", "max_tension", "max_compression_time", "max_tension_time", "real_time_factor"]
     for locomotive in ("master", "slave_1", "slave_2"):
         names = ("applied_brake", "tractive_effort")
         commands = ("brake_command", "emergency_brake", "traction_command", "electric_brake_command")

@@ -201,12 +201,26 @@ def test_extremes_are_read_as_they_were_recorded(run: Path, extremes: CouplerExt
         assert not np.signbit([recorded.extremes.tension, recorded.extremes.tension_stroke]).any()
 
 
-def test_extremes_that_are_cut_off_between_compression_and_tension_are_left_out(
+def test_extremes_of_a_version_that_had_their_times_in_velocity_are_read(
     tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, extremes: CouplerExtremes
+) -> None:
+    messages = encoder.extremes(5, extremes, time_in_velocity=True)
+    assert [message.channel.topic for message in messages] == ["/haul/max_compression", "/haul/max_tension"]
+    with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
+        recorder.put(messages, 0)
+    with Recording(tmp_path / "run.mcap") as recording:
+        found = recording.last_extremes().extremes
+    for field in fields(extremes):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(extremes, field.name))
+
+
+@pytest.mark.parametrize("there", [1, 2, 3])
+def test_extremes_that_are_cut_off_between_compression_and_tension_are_left_out(
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, extremes: CouplerExtremes, there: int
 ) -> None:
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels) as recorder:
         recorder.put(encoder.extremes(5, extremes), 0)
-        recorder.put(encoder.extremes(6, extremes)[:1], 0)
+        recorder.put(encoder.extremes(6, extremes)[:there], 0)
     with Recording(tmp_path / "run.mcap") as recording:
         assert recording.last_extremes().time_ns == 5
 
@@ -246,7 +260,7 @@ def test_information_says_what_is_in_the_file(run: Path, scenario: Scenario) -> 
     assert (info.vehicles, info.couplers, info.locomotives) == (5, 4, ("master", "slave_1"))
     assert (info.time_step, info.compression) == (0.001, "zstd")
     assert (info.start_ns, info.end_ns, info.duration) == (0, 9_000_000_000, 9.0)
-    assert (info.messages, info.dropped, info.complete) == (1213, 0, True)
+    assert (info.messages, info.dropped, info.complete) == (1217, 0, True)
     assert TopicInfo("/haul/couplers", "sensor_msgs/msg/JointState", 400) in info.topics
     assert TopicInfo("/haul/real_time_factor", "std_msgs/msg/Float64", 0) in info.topics
     assert sum(topic.count for topic in info.topics) == info.messages
