@@ -11,7 +11,9 @@ NODE_PARAMETERS = {
     "scenario": (str, "name of a shipped scenario, or path of a scenario file"),
     "real_time_factor": (float, "1 real time, 0 as fast as possible"),
     "record_path": (str, "file to record to; none: no recording"),
+    "record_compression": (str, "compression of the recording: zstd, lz4 or none"),
     "publish_clock": (bool, "publish the simulation time on /clock"),
+    "use_sim_time": (bool, "let the node's logger and clock follow /clock; the train makes its time itself"),
 }
 
 
@@ -26,10 +28,11 @@ def train_node(context: LaunchContext) -> list[Node]:
         Node(
             package="haul_ros",
             executable="train_node",
-            name="haul",
+            name=LaunchConfiguration("node_name"),
             namespace=LaunchConfiguration("namespace"),
             output="screen",
             parameters=[LaunchConfiguration("params_file"), *([given] if given else [])],
+            ros_arguments=["--log-level", LaunchConfiguration("log_level")],
         )
     ]
 
@@ -39,7 +42,9 @@ def generate_launch_description() -> LaunchDescription:
     params_file = PathJoinSubstitution([FindPackageShare("haul_ros"), "config", "train_node.yaml"])
     arguments = [
         DeclareLaunchArgument("namespace", default_value="", description="namespace of the node"),
+        DeclareLaunchArgument("node_name", default_value="haul", description="name of the node"),
         DeclareLaunchArgument("params_file", default_value=params_file, description="parameters of the node, YAML"),
+        DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
         *(
             DeclareLaunchArgument(name, default_value="", description=f"{text}; empty: as in params_file")
             for name, (_, text) in NODE_PARAMETERS.items()
