@@ -131,6 +131,11 @@ class ChannelTable:
         """Topics that are remapped, by their names before."""
         return {channel.name: channel.topic for channel in self if channel.remapped_from}
 
+    def changed(self, change: Callable[[Channel], Channel]) -> ChannelTable:
+        """The same table of changed channels."""
+        changes: dict[str, Any] = {f.name: _changed(getattr(self, f.name), change) for f in fields(self)}
+        return replace(self, **changes)
+
     def resolved(self, resolve: Callable[[str], str]) -> ChannelTable:
         """The same channels on the topics to which their names are resolved.
 
@@ -139,8 +144,12 @@ class ChannelTable:
         ValueError
             Two of them would be on one topic, where nobody could tell them apart.
         """
-        changes: dict[str, Any] = {f.name: _resolved(getattr(self, f.name), resolve) for f in fields(self)}
-        table = replace(self, **changes)
+
+        def moved(channel: Channel) -> Channel:
+            topic = resolve(channel.name)
+            return replace(channel, topic=topic, remapped_from="" if topic == channel.name else channel.name)
+
+        table = self.changed(moved)
         topic, count = Counter(channel.topic for channel in table).most_common(1)[0]
         if count > 1:
             names = " and ".join(channel.name for channel in table if channel.topic == topic)
@@ -162,13 +171,12 @@ class ChannelTable:
         yield from self.faults.values()
 
 
-def _resolved(value: object, resolve: Callable[[str], str]) -> object:
-    """A field of a table with its channels on other topics."""
+def _changed(value: object, change: Callable[[Channel], Channel]) -> object:
+    """A field of a table with its channels changed."""
     if isinstance(value, Channel):
-        topic = resolve(value.name)
-        return replace(value, topic=topic, remapped_from="" if topic == value.name else value.name)
+        return change(value)
     if isinstance(value, Mapping):
-        return MappingProxyType({key: _resolved(item, resolve) for key, item in value.items()})
+        return MappingProxyType({key: _changed(item, change) for key, item in value.items()})
     return value
 
 

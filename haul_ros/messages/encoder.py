@@ -89,12 +89,7 @@ class TelemetryEncoder:
     """Messages of one train. Stamps are simulation time in nanoseconds, compression is positive.
 
     Samples are rounded here, and nothing else is: requests, events, efforts and extremes have all their bits.
-    ``prefix`` is the full name of the node; ``resolve`` gives the topic for a name, where topics are remapped.
-
-    Raises
-    ------
-    ValueError
-        Two names are remapped to one topic.
+    ``prefix`` is the full name of the node; ``adapt`` changes its topics, where they are remapped.
     """
 
     def __init__(
@@ -105,11 +100,10 @@ class TelemetryEncoder:
         pneumatic: bool = False,
         rounding: Rounding | None = None,
         sensors: CouplerSensors | None = None,
-        resolve: Callable[[str], str] = lambda name: name,
+        adapt: Callable[[ChannelTable], ChannelTable] = lambda table: table,
     ) -> None:
         locomotives = [locomotive.name for locomotive in consist.locomotives]
-        table = channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors is not None)
-        self.channels = table.resolved(resolve)
+        self.channels = adapt(channel_table(locomotives, prefix, pneumatic=pneumatic, sensors=sensors is not None))
         self._rounding = rounding or Rounding()
         self._requests = RequestCodec(self.channels)
         self._couplers = JointStateCodec(consist.coupler_names)
@@ -124,20 +118,21 @@ class TelemetryEncoder:
 
     @classmethod
     def of(
-        cls, scenario: Scenario, prefix: str = DEFAULT_PREFIX, resolve: Callable[[str], str] = lambda name: name
+        cls,
+        scenario: Scenario,
+        prefix: str = DEFAULT_PREFIX,
+        adapt: Callable[[ChannelTable], ChannelTable] = lambda table: table,
     ) -> TelemetryEncoder:
         """The encoder of a scenario's train, with the topics that its brake has."""
         pneumatic = isinstance(scenario.brakes, PneumaticBrake)
         plan, sensors = scenario.recording, scenario.sensors
-        return cls(
-            scenario.consist, prefix, pneumatic=pneumatic, rounding=plan.rounding, sensors=sensors, resolve=resolve
-        )
+        return cls(scenario.consist, prefix, pneumatic=pneumatic, rounding=plan.rounding, sensors=sensors, adapt=adapt)
 
     @classmethod
     def like(cls, channels: ChannelTable, scenario: Scenario) -> TelemetryEncoder:
         """The encoder of a scenario's train for the topics of a table, remapped as they are there."""
         remapped = channels.remapped
-        return cls.of(scenario, channels.prefix, lambda name: remapped.get(name, name))
+        return cls.of(scenario, channels.prefix, lambda table: table.resolved(lambda name: remapped.get(name, name)))
 
     def messages(self, log: PeriodLog) -> list[Message]:
         """All messages of a log, in its order: entries, sample, measurement, extremes.

@@ -9,20 +9,23 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from haul_ros.messages.channels import ChannelTable
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.scenario import Scenario
 from haul_ros.ros.parameters import (
     DEFAULT_SCENARIO,
     ParameterError,
+    ParameterRow,
     Value,
     check_given,
     parameter_rows,
     scenario_overrides,
     values_in_effect,
 )
+from haul_ros.ros.qos_overrides import QOS_OVERRIDES, check_qos, qos_rows, with_qos
 from haul_ros.scenario import load_scenario
 
-_OF_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+_OF_RCLPY = ("use_sim_time", "start_type_description_service", QOS_OVERRIDES)
 """Names, or beginnings of names, of the parameters that rclpy declares for itself."""
 
 
@@ -46,11 +49,28 @@ class NodeSettings:
             node.undeclare_parameter(name)
         self.scenario = self._load(self._given)
         self._rows = parameter_rows(self.scenario.radio)
-        for name, value in values_in_effect(self.scenario, self._given).items():
-            if node.has_parameter(name):
-                node.undeclare_parameter(name)
-            node.declare_parameter(name, value, self._rows[name].descriptor(), ignore_override=True)
+        self._declare(self._rows, values_in_effect(self.scenario, self._given))
         node.add_on_set_parameters_callback(self._check)
+
+    def with_qos_overrides(self, table: ChannelTable) -> ChannelTable:
+        """Declare what of the quality of service may be overridden; the table with what was.
+
+        Raises
+        ------
+        ParameterError
+            Something else was to be, or to another value.
+        """
+        declared: Mapping[str, Any] = self._node.get_parameters_by_prefix("")
+        given = {name: item.value for name, item in declared.items() if name.startswith(QOS_OVERRIDES)}
+        values = check_qos(given, table)
+        self._declare(qos_rows(table), values)
+        return with_qos(values, table)
+
+    def _declare(self, rows: Mapping[str, ParameterRow], values: Mapping[str, Value]) -> None:
+        for name, value in values.items():
+            if self._node.has_parameter(name):
+                self._node.undeclare_parameter(name)
+            self._node.declare_parameter(name, value, rows[name].descriptor(), ignore_override=True)
 
     def number(self, name: str) -> float:
         """Present value of a parameter that is a number."""

@@ -22,6 +22,7 @@ from rclpy.utilities import ok, remove_ros_args
 from std_srvs.srv import SetBool, Trigger
 
 from haul_ros.errors import CommandError, HaulError
+from haul_ros.messages.channels import ChannelTable
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.messages.requests import fault_of
 from haul_ros.model.command import Command, CommandKind
@@ -173,8 +174,11 @@ class TrainNode(Node):
             Session(scenario)
 
     def _new_encoder(self, scenario: Scenario) -> TelemetryEncoder:
+        def adapted(table: ChannelTable) -> ChannelTable:
+            return self._settings.with_qos_overrides(table.resolved(self.resolve_topic_name))
+
         try:
-            return TelemetryEncoder.of(scenario, self.get_fully_qualified_name(), self.resolve_topic_name)
+            return TelemetryEncoder.of(scenario, self.get_fully_qualified_name(), adapted)
         except ValueError as error:
             raise RosError(f"{error}: a recording could not tell them apart") from error
 

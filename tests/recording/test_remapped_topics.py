@@ -32,7 +32,9 @@ COMMAND = Command("master", CommandKind.BRAKE, 0.5)
 
 @pytest.fixture
 def remapped(consist: Consist) -> TelemetryEncoder:
-    return TelemetryEncoder(consist, "/yard/haul", resolve=lambda name: TOPICS.get(name, name))
+    return TelemetryEncoder(
+        consist, "/yard/haul", adapt=lambda table: table.resolved(lambda name: TOPICS.get(name, name))
+    )
 
 
 @pytest.fixture

@@ -156,6 +156,11 @@ class Observer:
         message.data = value
         publisher.publish(message)
 
+    def offered(self, channel: Channel) -> list[str]:
+        """The reliability that each publisher of a topic offers."""
+        found = self._node.get_publishers_info_by_topic(channel.topic)
+        return [info.qos_profile.reliability.name for info in found]
+
     def subscribers_of(self, channel: Channel) -> int:
         """How many subscriptions of a topic have been found."""
         return int(self._node.count_subscribers(channel.topic))
