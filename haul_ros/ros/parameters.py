@@ -104,7 +104,7 @@ class ParameterRow:
     def summary(self) -> str:
         """Description, unit, what is accepted and the default, in a line."""
         default = "" if self.default is None else f"; default: {json.dumps(self.default)}"
-        return f"{self._described()}: {self.accepted()}{default}"
+        return f"{self.described()}: {self.accepted()}{default}"
 
     def accepted(self) -> str:
         """What values are accepted, in words."""
@@ -116,7 +116,8 @@ class ParameterRow:
             return _TYPE_NAMES[bool]
         return f"{_TYPE_NAMES[self.kind]}, {self._expected_number()}"
 
-    def _described(self) -> str:
+    def described(self) -> str:
+        """What it is, with its unit."""
         return f"{self.description} [{self.unit}]" if self.unit else self.description
 
     def descriptor(self) -> ParameterDescriptor:
@@ -127,7 +128,7 @@ class ParameterRow:
         whole = [IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum))] if self.kind is int else []
         return ParameterDescriptor(
             name=self.name,
-            description=self._described(),
+            description=self.described(),
             additional_constraints=self.accepted(),
             read_only=self.read_only,
             floating_point_range=limits,
