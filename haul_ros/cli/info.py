@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
 from haul_ros.cli.layout import file_size, lost_bytes, resolutions, rows
 from haul_ros.errors import RecordingError, one_line
-from haul_ros.recording.info import RecordingInfo
+from haul_ros.recording.foreign import ForeignRecording, foreign_recording
+from haul_ros.recording.info import RecordingInfo, TopicInfo
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import Survey, survey
 from haul_ros.units import NS_PER_S
@@ -30,6 +32,11 @@ def info(arguments: argparse.Namespace) -> int:
             checked = recording.check_chunks(lambda: time.monotonic() > until)
     except RecordingError:
         with suppress(RecordingError):
+            if foreign := foreign_recording(arguments.file):
+                lines = _foreign_lines(foreign)
+                print(json.dumps(_foreign_json(foreign), indent=2) if arguments.json else "\n".join(lines))
+                return 0
+        with suppress(RecordingError):
             found = survey(arguments.file)
             print(json.dumps(_trusted_json(found), indent=2) if arguments.json else "\n".join(_trusted_lines(found)))
         raise
@@ -39,7 +46,6 @@ def info(arguments: argparse.Namespace) -> int:
 
 def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
     times = f"{facts.start_ns / NS_PER_S:.3f} to {facts.end_ns / NS_PER_S:.3f} s of simulation"
-    width = min(_WIDEST, max((len(topic.topic) for topic in facts.topics), default=0))
     return [
         one_line(
             f"{facts.path}: {file_size(facts.size)}, compression {facts.compression}, by haul_ros {facts.version}"
@@ -55,8 +61,7 @@ def _lines(facts: RecordingInfo, checked: int, chunks: int) -> list[str]:
                 ("checksums", _checksums(checked, chunks)),
             ]
         ),
-        "topics",
-        *(one_line(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}") for topic in facts.topics),
+        *_topic_lines(facts.topics),
     ]
 
 
@@ -68,6 +73,43 @@ def _samples(facts: RecordingInfo) -> list[tuple[str, str]]:
     if rounding := facts.plan.rounding.resolutions():
         told.append(f"rounded: {resolutions(rounding)}")
     return [("samples", "; ".join(told))] if told else []
+
+
+def _foreign_lines(found: ForeignRecording) -> list[str]:
+    return [
+        one_line(f"{found.path}: {file_size(found.size)}, topics of a train, recorded by {found.library or 'another'}"),
+        *rows(
+            [
+                ("time", f"{found.duration:.3f} s by the clock of its recorder"),
+                ("messages", str(found.messages)),
+                ("scenario", "not in it: haul analyze and haul replay need a recording by the node itself"),
+            ]
+        ),
+        *_topic_lines(found.topics),
+    ]
+
+
+def _foreign_json(found: ForeignRecording) -> dict[str, Any]:
+    return {
+        "path": str(found.path),
+        "size_bytes": found.size,
+        "library": found.library,
+        "scenario": None,
+        "start_ns": found.start_ns,
+        "end_ns": found.end_ns,
+        "duration_s": found.duration,
+        "messages": found.messages,
+        "topics": _topics_json(found.topics),
+    }
+
+
+def _topic_lines(topics: Sequence[TopicInfo]) -> list[str]:
+    width = min(_WIDEST, max((len(topic.topic) for topic in topics), default=0))
+    return ["topics", *(one_line(f"  {topic.topic:{width}} {topic.count:8d}  {topic.msgtype}") for topic in topics)]
+
+
+def _topics_json(topics: Sequence[TopicInfo]) -> list[dict[str, Any]]:
+    return [{"topic": topic.topic, "type": topic.msgtype, "messages": topic.count} for topic in topics]
 
 
 def _trusted_lines(found: Survey) -> list[str]:
@@ -140,5 +182,5 @@ def _json(facts: RecordingInfo, checked: int, chunks: int) -> dict[str, Any]:
         "measured_couplers": list(facts.measured),
         "chunks": chunks,
         "chunks_checked": checked,
-        "topics": [{"topic": t.topic, "type": t.msgtype, "messages": t.count} for t in facts.topics],
+        "topics": _topics_json(facts.topics),
     }

@@ -106,6 +106,7 @@ class Recording:
                 check_chunks(self._stream.fileno(), self._size, self._summary.chunk_indexes)
                 self.metadata = self._read_metadata()
                 """Description of the run by the recorder, as text."""
+                self._check_statistics()  # other recorders count from another time
                 self.channels: ChannelTable = described_channels(self.metadata)
                 """The topics of such a train; a recording by an older version may lack some."""
                 self._topics = TopicIndex(self.path, self._summary, self._statistics, self.channels)
@@ -333,12 +334,14 @@ class Recording:
         summary = self._reader.get_summary()
         if summary is None or summary.statistics is None:
             raise RecordingError(f"{self.path}: MCAP file without index, expected a recording of haul_ros")
-        statistics, room = summary.statistics, sum(chunk.uncompressed_size for chunk in summary.chunk_indexes)
+        return summary, summary.statistics
+
+    def _check_statistics(self) -> None:
+        statistics, room = self._statistics, sum(chunk.uncompressed_size for chunk in self._summary.chunk_indexes)
         if statistics.message_end_time > LATEST_NS:
             raise ValueError(f"a message at {statistics.message_end_time} ns")
         if statistics.message_count * MESSAGE_HEAD > room:
             raise ValueError("more messages than its chunks have room for")
-        return summary, statistics
 
     def _read_metadata(self) -> dict[str, str]:
         records = descriptions(self._stream.fileno(), self._summary.metadata_indexes, RECORD_NAME)
