@@ -25,7 +25,8 @@ class DriverPlan:
     """A driver who looks at the speed of the head every ``reaction_time`` [s].
 
     ``speed`` [m/s] is held by traction of at most ``traction`` [N] and electric brake of at most ``electric_brake`` [N]
-    at each locomotive, both in full from ``band`` [m/s] off it. ``cyclic`` None: no air brake.
+    at each locomotive, both in full from ``band`` [m/s] off it. ``cyclic`` None: no air brake, but where a speed limit
+    asks for it: on a line with limits he keeps them, whatever his plan.
     """
 
     speed: float

@@ -23,10 +23,10 @@ from haul_ros.model.sensor import CouplerMeasurement
 from haul_ros.physics.energy import EnergyBalance, energy_balance
 from haul_ros.physics.train_model import StepStatistics, TrainModel
 from haul_ros.simulation.brake_valves import brake_valves
-from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.events import EventDetector, TrainState
 from haul_ros.simulation.exchange import Exchange
 from haul_ros.simulation.faults import Faults
+from haul_ros.simulation.limit_driver import driver_of
 from haul_ros.simulation.locomotives import Locomotives
 from haul_ros.simulation.overspeed import Overspeeds
 from haul_ros.simulation.radio import LinkStatus
@@ -118,7 +118,7 @@ class Session:
         own = [TimedRequest(fault.time_ns, fault.fault) for fault in planned if fault.time_ns is not None]
         own += scenario.commands if play_commands else ()
         timed = sorted([*own, *requests], key=lambda entry: entry.time_ns)
-        self._driver = Driver(scenario.driver) if play_commands and scenario.driver else None
+        self._driver = driver_of(scenario) if play_commands else None
         self._next_look = self._next_fault_look = 0
         self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
 
@@ -334,9 +334,14 @@ class Session:
                 self.request(fault)
         if self._driver is not None and self._next_look <= self.step:
             self._next_look = self.step + self._steps_between_looks
-            for command in self._driver.look(self.time, float(self._model.speed[0])):
+            for command in self._driver.look(self.time, float(self._model.speed[0]), self._front):
                 self.request(command)
         self._exchange.carry_out_due(self.step, self.time)
+
+    @property
+    def _front(self) -> float:
+        """Chainage of the head of the train [m]."""
+        return self._model.chainage(0) + self.consist.vehicles[0].length / 2.0
 
     @property
     def _steps_between_looks(self) -> int:
