@@ -36,8 +36,10 @@ class BrakePipe:
 class ControlValve:
     """Control valve of a vehicle with its reservoirs and brake cylinder.
 
-    Volumes [m^3]; bores [m], 0: there is none; differences and ends of stages are pressures [Pa]. What each is for,
-    and which of the two kinds of valve uses it: `haul_ros.physics.kernel.air_data.AirParameters`, by the same names.
+    ``from_main_reservoir``: of a locomotive with a brake valve (graduated release), whose cylinder its main reservoir
+    fills in the place of an auxiliary one. Volumes [m^3]; bores [m], 0: there is none; differences and ends of stages
+    are pressures [Pa]. What each is for, and which of the two kinds of valve uses it:
+    `haul_ros.physics.kernel.air_data.AirParameters`, by the same names.
     """
 
     release: Release
@@ -74,6 +76,7 @@ class ControlValve:
     cylinder_most: float = 0.0
     inshot: float = 0.0
     control_lag: float = 0.0
+    from_main_reservoir: bool = False
 
 
 @dataclass(frozen=True, slots=True)

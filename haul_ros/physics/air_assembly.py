@@ -65,7 +65,7 @@ def assemble_air(
         air=_settings(brake, gas, time_step),
         air_account=np.zeros(1, air_data.AIR_ACCOUNT).view(np.recarray),
         air_parameters=parameters,
-        air_state=_filled(air_data.AirParameters(*parameters), initial, gas),
+        air_state=_filled(air_data.AirParameters(*parameters), brake, initial, gas),
         driver_valve_parameters=np.array(
             air_data.DriverValveParameters(
                 vehicle=np.array([float(locomotive.vehicle) for locomotive in consist.locomotives]),
@@ -111,6 +111,7 @@ def _area(bore: float, discharge: float) -> float:
 def _parameters(consist: Consist, brake: PneumaticBrake) -> Floats:
     area = math.pi / 4.0 * brake.pipe.bore**2
     lengths = [brake.pipe.length_ratio * vehicle.length for vehicle in consist.vehicles]
+    locomotives = {locomotive.vehicle for locomotive in consist.locomotives}
     columns = []
     for i, vehicle in enumerate(consist.vehicles):
         numbers = _of_valve(brake.valves[vehicle.name], brake.discharge)
@@ -118,6 +119,10 @@ def _parameters(consist: Consist, brake: PneumaticBrake) -> Floats:
         numbers["face_length"] = (lengths[i] + lengths[min(i + 1, len(lengths) - 1)]) / 2.0
         numbers["cylinder_limit"] = brake.cylinder_limits.get(vehicle.name, math.inf)
         numbers["reference_pressure"] = vehicle.cylinder_pressure
+        if i not in locomotives:
+            numbers["from_main_reservoir"] = 0.0
+        elif numbers["from_main_reservoir"]:
+            numbers["auxiliary_volume"] = brake.driver_valve.main_reservoir_volume
         columns.append([numbers[name] for name in air_data.AirParameters._fields])
     return np.ascontiguousarray(np.array(columns, dtype=np.float64).T)
 
@@ -135,7 +140,7 @@ def _of_valve(valve: ControlValve, discharge: float) -> dict[str, float]:
     return numbers
 
 
-def _filled(parameters: air_data.AirParameters, initial: InitialAir, gas: float) -> Floats:
+def _filled(parameters: air_data.AirParameters, brake: PneumaticBrake, initial: InitialAir, gas: float) -> Floats:
     """Pipe, reservoirs and cylinders at rest, nothing flowing; with air in the cylinder the valve is lapped.
 
     Emergency chamber, emergency and accelerated-release reservoir have the pressure of the pipe; so has the control
@@ -146,7 +151,8 @@ def _filled(parameters: air_data.AirParameters, initial: InitialAir, gas: float)
     state = air_data.AirState(*block)
     for reservoir in (state.pipe, state.accelerated, state.emergency_reservoir, state.chamber, state.control):
         reservoir[:] = initial.pipe + ATMOSPHERE
-    state.auxiliary[:] = initial.auxiliary + ATMOSPHERE
+    supplied = parameters.from_main_reservoir == 1.0
+    state.auxiliary[:] = np.where(supplied, brake.driver_valve.compressor_off, initial.auxiliary) + ATMOSPHERE
     graduated = parameters.kind == air_data.GRADUATED_RELEASE
     most = np.where(
         graduated, np.minimum(parameters.cylinder_most, parameters.cylinder_limit), parameters.cylinder_limit
@@ -181,7 +187,7 @@ def total_air(parameters: air_data.AirParameters, state: air_data.AirState, gas:
     return float(
         np.sum(
             state.pipe * parameters.pipe_volume
-            + state.auxiliary * parameters.auxiliary_volume
+            + state.auxiliary * parameters.auxiliary_volume * (1.0 - parameters.from_main_reservoir)
             + state.accelerated * parameters.accelerated_volume
             + state.emergency_reservoir * parameters.emergency_volume
             + state.bulb * parameters.bulb_volume

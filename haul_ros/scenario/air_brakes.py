@@ -61,6 +61,9 @@ def control_valve(document: Document, name: str) -> ControlValve:
     if missing:
         raise document.error(path, f"a {numbers['release'].value} release valve needs {', '.join(missing)} too")
     valve = ControlValve(**numbers)
+    if valve.from_main_reservoir and valve.release is Release.DIRECT:
+        expected = "must be false: a direct release valve compares its auxiliary reservoir with the pipe"
+        raise document.refusal((*path, "from_main_reservoir"), expected)
     _check_differences(document, path, valve)
     return valve
 

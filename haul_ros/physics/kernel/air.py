@@ -23,7 +23,7 @@ from haul_ros.physics.kernel.blocks import (
     vehicles_of,
 )
 from haul_ros.physics.kernel.brake_force import set_coefficients
-from haul_ros.physics.kernel.data import Record, VehicleParameters, VehicleState
+from haul_ros.physics.kernel.data import Floats, Ints, Record, VehicleParameters, VehicleState
 from haul_ros.physics.kernel.effort import drop_efforts, stop_pulling
 
 OFF = 0.01
@@ -32,6 +32,16 @@ OFF = 0.01
 
 VENTED = 100e3
 """Gauge pressure of the pipe [Pa] below which an emergency has vented it: no electric brake holds an air brake off."""
+
+
+@inner
+def _held_off(
+    air: Record, parameters: VehicleParameters, vehicles: VehicleState, i: int, speed: float, pipe: float
+) -> float:
+    """1 while the electric brake of a locomotive holds its own air brake off."""
+    fast = speed >= parameters.electric_fade_speed[i]  # below it there is no full electric brake any more
+    braking = parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0 and fast
+    return 1.0 if braking and pipe > air.atmosphere + VENTED else 0.0
 
 
 @outer
@@ -44,8 +54,14 @@ def _air_step(
     driver_valves: DriverValveState,
     vehicle_parameters: VehicleParameters,
     vehicles: VehicleState,
+    velocity: Floats,
+    mass_index: Ints,
 ) -> None:
     """One step of the air in the train; locomotives that it tells to do so stop pulling."""
+    for k in range(driver_valves.target.shape[0]):
+        i = int(driver_parameters.vehicle[k])
+        speed = abs(velocity[mass_index[i]])
+        state.held_off[i] = _held_off(air, vehicle_parameters, vehicles, i, speed, state.pipe[i])
     account.vented += control_valves(air, parameters, state)
     for k in range(driver_valves.target.shape[0]):
         i = int(driver_parameters.vehicle[k])
@@ -66,7 +82,7 @@ def brakes_of_cylinders(blocks: Blocks, part: float) -> None:
     air = blocks.air[0]
     parameters, state = air_parameters_of(blocks.air_parameters), air_state_of(blocks.air_state)
     vehicle_parameters, brakes = vehicle_parameters_of(blocks.vehicle_parameters), brakes_of(blocks.vehicles)
-    velocity, vehicles = masses_of(blocks.masses).velocity, vehicles_of(blocks.vehicles)
+    velocity = masses_of(blocks.masses).velocity
     for i in range(brakes.fraction.shape[0]):
         pressure = state.cylinder_before[i] + part * (state.cylinder[i] - state.cylinder_before[i])
         if brakes.fraction[i] < OFF:
@@ -75,12 +91,6 @@ def brakes_of_cylinders(blocks: Blocks, part: float) -> None:
         brakes.gain_start[i] = brakes.gain_end[i]
         brakes.offset_start[i] = brakes.offset_end[i]
         set_coefficients(blocks.settings[0], vehicle_parameters, brakes, i)
-        speed = abs(velocity[blocks.mass_index[i]])
-        fast = speed >= vehicle_parameters.electric_fade_speed[i]  # below it there is no full electric brake any more
-        braking = vehicle_parameters.interlock[i] == 1.0 and vehicles.traction_demand[i] < 0.0 and fast
-        if braking and state.pipe[i] > air.atmosphere + VENTED:
-            brakes.gain_end[i] = 0.0
-            brakes.offset_end[i] = 0.0
         brakes.gain[i] = brakes.gain_end[i]
         brakes.offset[i] = brakes.offset_end[i]
 
@@ -102,5 +112,7 @@ def advance_air(blocks: Blocks) -> None:
                 driver_valves_of(blocks.driver_valves),
                 vehicle_parameters_of(blocks.vehicle_parameters),
                 vehicles_of(blocks.vehicles),
+                masses_of(blocks.masses).velocity,
+                blocks.mass_index,
             )
     brakes_of_cylinders(blocks, (phase + 1.0) / air.every)

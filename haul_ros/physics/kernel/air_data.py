@@ -32,7 +32,9 @@ class AirParameters(NamedTuple):
     reference_pressure: Floats
     """Gauge pressure of the cylinder at which the brake shoes have their full force [Pa]."""
     auxiliary_volume: Floats
-    """Auxiliary reservoir [m^3]."""
+    """Auxiliary reservoir [m^3]; of a locomotive whose cylinder is filled from its main reservoir, that one."""
+    from_main_reservoir: Floats
+    """1 if that is so, and the brake pipe does not charge it [-]."""
     accelerated_volume: Floats
     """Reservoir of the accelerated release [m^3]."""
     emergency_volume: Floats
@@ -113,7 +115,7 @@ class AirState(NamedTuple):
     inflow: Floats
     """Into the cell from all but the pipe, in this air step [kg]; scratch."""
     auxiliary: Floats
-    """Auxiliary reservoir [Pa]."""
+    """Auxiliary reservoir, or the main reservoir that takes its place [Pa]."""
     accelerated: Floats
     """Reservoir of the accelerated release [Pa]."""
     emergency_reservoir: Floats
@@ -140,6 +142,8 @@ class AirState(NamedTuple):
     """1 from the trip of an emergency to the release [-]."""
     vent_left: Floats
     """Time for which the pipe is still vented [s]."""
+    held_off: Floats
+    """1 while an electric brake keeps the cylinder empty [-]."""
     cock: Floats
     """Of the face behind the vehicle: 1 open, 0 closed [-]."""
     hole: Floats

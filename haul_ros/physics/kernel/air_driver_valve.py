@@ -84,6 +84,8 @@ def driver_valve(
     """The brake valve of one locomotive for an air step."""
     i = int(parameters.vehicle[k])
     pipe, volume = state.pipe[i], pipe_parameters.pipe_volume[i]
+    if pipe_parameters.from_main_reservoir[i] == 1.0:  # the locomotive's own cylinder has taken from it
+        valves.main_reservoir[k] = state.auxiliary[i]
     _take_equalising(air, valves, k)
     _feel(air, valves, k, pipe, link_down)
     account.compressed += _compress(air, parameters, valves, k)
@@ -97,6 +99,8 @@ def driver_valve(
     account.vented += lost
     account.fed += fed
     state.inflow[i] += fed - lost
+    if pipe_parameters.from_main_reservoir[i] == 1.0:
+        state.auxiliary[i] = valves.main_reservoir[k]
 
 
 @inner

@@ -24,10 +24,13 @@ from haul_ros.physics.kernel.data import Record
 def _to_cylinder(
     air: Record, parameters: AirParameters, state: AirState, i: int, area: float, source: float, volume: float
 ) -> float:
-    """Mass that goes from a volume into the cylinder [kg]; nothing returns, and nothing passes the load device."""
+    """Mass that goes from a volume into the cylinder [kg]; nothing returns, and nothing passes the load device.
+
+    Nor does anything go into one that an electric brake holds off.
+    """
     cylinder = state.cylinder[i]
     limit = air.atmosphere + parameters.cylinder_limit[i]
-    if source <= cylinder or cylinder >= limit or area == 0.0:
+    if source <= cylinder or cylinder >= limit or area == 0.0 or state.held_off[i] == 1.0:
         return 0.0
     capacity = cylinder_capacity(air, parameters, i, cylinder)
     mass = exchanged(air, area, source, volume, cylinder, capacity)
@@ -194,7 +197,7 @@ def _graduated_release(air: Record, parameters: AirParameters, state: AirState, 
         else:
             lost += _exhaust(air, parameters, state, i, part * parameters.exhaust_area[i])
     pipe += gas * into_pipe / volume
-    if pipe > state.auxiliary[i]:
+    if pipe > state.auxiliary[i] and parameters.from_main_reservoir[i] == 0.0:
         mass = exchanged(air, parameters.charge_area[i], pipe, volume, state.auxiliary[i], auxiliary_volume)
         state.auxiliary[i] += gas * mass / auxiliary_volume
         into_pipe -= mass
@@ -227,6 +230,8 @@ def control_valves(air: Record, parameters: AirParameters, state: AirState) -> f
             lost += _direct_release(air, parameters, state, i)
         elif parameters.kind[i] == GRADUATED_RELEASE:
             lost += _graduated_release(air, parameters, state, i)
+        if state.held_off[i] == 1.0:
+            lost += _exhaust(air, parameters, state, i, parameters.exhaust_area[i])
         if state.hole[i] > 0.0:
             mass = vented(air, state.hole[i], state.pipe[i], parameters.pipe_volume[i])
             state.inflow[i] -= mass
