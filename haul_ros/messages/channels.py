@@ -76,8 +76,9 @@ class ChannelTable:
     """All topics of one train; iterating gives every channel. Mappings are by locomotive name, head first.
 
     ``commands`` has a channel for every kind of command, ``radio`` one for every field of a link that may change, for
-    slaves only, ``faults`` one for every kind of fault that the train can have. Brake pipe and auxiliary reservoirs
-    are there with a pneumatic brake only, measured couplers only with sensors.
+    slaves only, ``faults`` one for every kind of fault that the train can have, ``radio_seen`` one for each thing that
+    the ends of a link make of it (`RadioSeen.what`). Brake pipe and auxiliary reservoirs are there with a pneumatic
+    brake only, measured couplers only with sensors.
     """
 
     prefix: str
@@ -99,6 +100,7 @@ class ChannelTable:
     commands: Mapping[CommandKind, Mapping[str, Channel]]
     radio: Mapping[str, Mapping[str, Channel]]
     faults: Mapping[FaultKind, Channel]
+    radio_seen: Mapping[str, Mapping[str, Channel]]
 
     @property
     def pressures(self) -> tuple[Channel, ...]:
@@ -166,7 +168,7 @@ class ChannelTable:
         yield from self.tractive_effort.values()
         for by_locomotive in self.commands.values():
             yield from by_locomotive.values()
-        for by_slave in self.radio.values():
+        for by_slave in (*self.radio.values(), *self.radio_seen.values()):
             yield from by_slave.values()
         yield from self.faults.values()
 
@@ -202,6 +204,7 @@ _RADIO = {
     "burst_loss_probability": ("radio_burst_loss_probability", FLOAT64),
 }
 """By the fields of a radio link that may change."""
+_RADIO_SEEN = ("heard", "acknowledged")
 
 
 def channel_table(
@@ -250,4 +253,5 @@ def channel_table(
         commands=MappingProxyType(commands),
         radio=MappingProxyType(radio),
         faults=MappingProxyType(faults),
+        radio_seen=MappingProxyType({what: each(slaves, f"radio_{what}", BOOL, LATCHED) for what in _RADIO_SEEN}),
     )

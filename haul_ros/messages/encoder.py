@@ -10,6 +10,7 @@ import numpy as np
 
 from haul_ros.messages.cdr import (
     JointStateCodec,
+    encode_bool,
     encode_float64,
     new_header,
     new_message,
@@ -37,7 +38,7 @@ from haul_ros.messages.rounding import rounded
 from haul_ros.model.air_brake import PneumaticBrake
 from haul_ros.model.consist import Consist
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.log import AppliedBrake, Effort, LogEntry, PeriodLog
+from haul_ros.model.log import AppliedBrake, Effort, LogEntry, PeriodLog, RadioSeen
 from haul_ros.model.recording_plan import Rounding
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.sample import CouplerExtremes, FloatArray, Sample
@@ -163,6 +164,8 @@ class TelemetryEncoder:
                 return [Message(self.channels.applied_brake[locomotive], time_ns, encode_float64(value))]
             case Effort(time_ns, locomotive, value):
                 return [Message(self.channels.tractive_effort[locomotive], time_ns, encode_float64(value))]
+            case RadioSeen(time_ns, slave, what, value):
+                return [Message(self.channels.radio_seen[what][slave], time_ns, encode_bool(value))]
             case Event():
                 return [self._event(entry)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from haul_ros.model.event import Event
 from haul_ros.model.request import TimedRequest
@@ -28,7 +29,18 @@ class Effort:
     value: float
 
 
-LogEntry = TimedRequest | AppliedBrake | Effort | Event
+@dataclass(frozen=True, slots=True)
+class RadioSeen:
+    """What the ends of a radio link make of it has changed: whether the slave hears the master (``heard``), or whether
+    the newest telegram has not been given up by the master for want of an acknowledgement (``acknowledged``)."""
+
+    time_ns: int
+    slave: str
+    what: Literal["heard", "acknowledged"]
+    value: bool
+
+
+LogEntry = TimedRequest | AppliedBrake | Effort | RadioSeen | Event
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.consist import MASTER
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.log import LogEntry
+from haul_ros.model.log import LogEntry, RadioSeen
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
@@ -65,9 +65,13 @@ class Exchange:
             air_between_steps=air_between_steps,
             carry_out=locomotives.carry_out,
             heard=self._heartbeats.heard,
+            seen=self._acknowledged,
             log=self._note,
         )
         self._slaves = tuple(scenario.radio)
+        self._given_up = dict.fromkeys(scenario.radio, False)
+        for slave in self._slaves:
+            log += [RadioSeen(0, slave, "heard", True), RadioSeen(0, slave, "acknowledged", True)]
         for slave, link in scenario.radio.items():
             if not link.reaches:
                 self._tell(slave)
@@ -153,6 +157,7 @@ class Exchange:
 
     def _hear(self, slave: str, lost: bool) -> None:
         link = self._radio.link(slave)
+        self._log.append(RadioSeen(seconds_to_ns(self._time), slave, "heard", not lost))
         if not lost:
             self._note(self._time, f"{slave}: heard the master again")
             self._tell(slave)
@@ -163,6 +168,13 @@ class Exchange:
             self._locomotives.carry_out(self._time, Command(slave, CommandKind.TRACTION, 0.0))
         elif link.link_lost == "apply":
             self._locomotives.carry_out(self._time, Command(slave, CommandKind.BRAKE, 1.0))
+
+    def _acknowledged(self, time: float, slave: str, answered: bool) -> None:
+        if answered == self._given_up[slave]:
+            self._given_up[slave] = not answered
+            self._log.append(RadioSeen(seconds_to_ns(time), slave, "acknowledged", answered))
+            if answered:
+                self._note(time, f"{slave}: acknowledges again")
 
     def _tell(self, slave: str) -> None:
         """Let a slave listen to its brake pipe while it cannot be reached."""

@@ -55,6 +55,8 @@ class Telegrams:
         Called with the time [s] and the command when a slave is to act.
     heard
         Called with a slave and the time [s] of whatever it gets.
+    seen
+        Called with the time [s], a slave, and whether its newest telegram was acknowledged, when the master knows.
     log
         Called with the time [s] and what happened, in words.
     """
@@ -67,6 +69,7 @@ class Telegrams:
         air_between_steps: bool,
         carry_out: Callable[[float, Command], None],
         heard: Callable[[str, float], None],
+        seen: Callable[[float, str, bool], None],
         log: Callable[[float, str], None],
     ) -> None:
         self._radio = radio
@@ -74,6 +77,7 @@ class Telegrams:
         self._air_between_steps = air_between_steps
         self._carry_out = carry_out
         self._heard = heard
+        self._seen = seen
         self._log = log
         self._order = itertools.count()
         self._due: list[_Due] = []
@@ -178,3 +182,4 @@ class Telegrams:
             self._log(due.time, f"{slave}: given up, not acknowledged: {telegram}")
         if telegram.number == counts.sent - 1:
             self._radio.told(slave, lost=not answered)
+            self._seen(due.time, slave, answered)

@@ -23,7 +23,7 @@ def test_every_topic_of_the_contract_is_there_once() -> None:
         commands = ("brake_command", "emergency_brake", "traction_command", "electric_brake_command")
         private += [f"{locomotive}/{name}" for name in (*names, *commands)]
     for slave in ("slave_1", "slave_2"):
-        private += [f"{slave}/{name}" for name in RADIO]
+        private += [f"{slave}/{name}" for name in (*RADIO, "radio_heard", "radio_acknowledged")]
     assert set(topics) == {"/diagnostics", *(f"/haul/{name}" for name in [*private, "uncouple"])}
 
 
@@ -77,7 +77,7 @@ def test_two_on_one_topic_are_refused() -> None:
 
 def test_only_state_that_changes_seldom_is_latched() -> None:
     latched = {c.topic.rsplit("/", 1)[1] for c in TABLE if c.qos.durability is QosDurability.TRANSIENT_LOCAL}
-    assert latched == {"applied_brake", "tractive_effort", *RADIO}
+    assert latched == {"applied_brake", "tractive_effort", "radio_heard", "radio_acknowledged", *RADIO}
     assert TABLE.couplers.qos.depth == 50
 
 

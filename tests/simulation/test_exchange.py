@@ -8,6 +8,7 @@ import pytest
 
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.event import Event, EventKind
+from haul_ros.model.log import RadioSeen
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.model.scenario import Scenario
@@ -271,3 +272,34 @@ def test_a_slave_that_hears_nothing_listens_to_its_pipe_until_it_hears_something
     assert down[vehicle] == 1.0
     session.advance(100)
     assert down[vehicle] == 0.0
+
+
+def seen(session: Session, until: float) -> list[tuple[float, str, bool]]:
+    """Time [s], what, and whether, of what the ends of the link to slave_2 make of it."""
+    found = []
+    while session.time < until:
+        session.advance()
+        found += [entry for entry in of_kind(RadioSeen, session.take_log()) if entry.slave == "slave_2"]
+    return [(entry.time_ns / 1e9, entry.what, entry.value) for entry in found]
+
+
+def test_what_both_ends_make_of_a_link_is_told_as_it_changes_and_once() -> None:
+    """Out from 1 to 4 s: the slave's patience of 1.5 s ends 1.5 s after what it heard last, at 1.0 s; the master sends
+    at 1.2 s and twice more, 0.5 s apart, and gives up at 2.7 s; at 5 s he sends again and knows 0.5 s later."""
+    link = RadioLink(delay=0.1, outages=((1.0, 4.0),), retries=2, retry_interval=0.5, heartbeat=0.3, link_timeout=1.5)
+    case = with_link(link, (0.5, brake(0.1)), (1.2, brake(0.2)), (1.3, brake(0.3)), (5.0, brake(0.4)))
+    assert seen(Session(case, play_commands=True), 6.0) == [
+        (0.0, "heard", True),
+        (0.0, "acknowledged", True),
+        (pytest.approx(2.5, abs=0.002), "heard", False),
+        (pytest.approx(2.8, abs=0.002), "acknowledged", False),
+        (pytest.approx(4.3, abs=0.002), "heard", True),
+        (pytest.approx(5.5, abs=0.002), "acknowledged", True),
+    ]
+
+
+def test_a_dead_answering_direction_is_seen_by_the_master_alone_and_without_retries_by_nobody() -> None:
+    for retries, expected in ((1, [("acknowledged", False)]), (0, [])):
+        link = RadioLink(delay=0.1, fails="from_slave", retries=retries, heartbeat=0.3, link_timeout=1.0)
+        told = seen(Session(with_link(link, (0.5, brake(0.1))), play_commands=True), 4.0)
+        assert [(what, value) for time, what, value in told if time > 0.0] == expected

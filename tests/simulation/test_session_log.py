@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from haul_ros.model.event import Event, EventKind
-from haul_ros.model.log import AppliedBrake, Effort
+from haul_ros.model.log import AppliedBrake, Effort, RadioSeen
 from haul_ros.model.radio import RadioLink, RadioLinkChange
 from haul_ros.model.request import TimedRequest
 from haul_ros.simulation.session import Session
@@ -27,6 +27,7 @@ def test_a_log_begins_with_every_link_and_every_brake_released() -> None:
     assert session.take_log().entries == (
         *(TimedRequest(0, RadioLinkChange.to(slave, link)) for slave, link in JITTERY.items()),
         *(kind(0, name, 0.0) for name in ("master", *SLAVES) for kind in (AppliedBrake, Effort)),
+        *(RadioSeen(0, slave, what, True) for slave in JITTERY for what in ("heard", "acknowledged")),
     )
     assert session.take_log().entries == ()
 

@@ -25,6 +25,7 @@ class Line:
             STEP,
             air_between_steps=True,
             carry_out=lambda time, command: self.acted.append((round(time, 9), command.value)),
+            seen=lambda _time, _slave, _answered: None,
             heard=lambda _, time: self.heard.append(time),
             log=lambda _, text: self.told.append(text.removeprefix("slave_1: ")),
         )
