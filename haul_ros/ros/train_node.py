@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from datetime import UTC, datetime
 from functools import partial
@@ -78,7 +78,7 @@ def run_node(argv: Sequence[str], signals: EndingSignals) -> int:
         if surplus := remove_ros_args(list(argv))[1:]:
             raise RosError(f"unexpected argument {surplus[0]!r}; parameters are given as --ros-args -p name:=value")
         try:
-            node = TrainNode()
+            node = TrainNode(on_end=shut_down)
             signals.started(shut_down)
             try:
                 return node.run() if ok() and not signals.taken else 0
@@ -93,19 +93,26 @@ def run_node(argv: Sequence[str], signals: EndingSignals) -> int:
 class TrainNode(Node):
     """A live train: the executor's thread receives requests, the loop's thread simulates, publishes and records.
 
+    `run` does all; or `start` it, put it into an executor of one's own, and `stop` it in the end. ``on_end`` is called
+    when the simulation has ended, on its thread; ``options`` are those of `rclpy.node.Node`, such as ``namespace`` and
+    ``parameter_overrides``. Several nodes in one process share its Python interpreter.
+
     Raises
     ------
     HaulError
         Parameters or scenario cannot be used.
     """
 
-    def __init__(self) -> None:
+    def __init__(
+        self, node_name: str = NODE_NAME, *, on_end: Callable[[], None] = lambda: None, **options: Any
+    ) -> None:
+        self._on_end = on_end
         try:
-            super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True)
+            super().__init__(node_name, automatically_declare_parameters_from_overrides=True, **options)
         except ValueError as error:  # of a parameter such as [], which has no type
             raise ParameterError(f"a parameter has no value: {error}") from error
         except RuntimeError as error:  # RCLError: no such enclave, a DDS without its security, or a shutdown
-            if not ok():
+            if not ok(context=options.get("context")):
                 raise
             raise RosError(f"the node cannot be made: {str(error).partition(', at ')[0]}") from error
         self._log: RcutilsLogger = cast(Any, self).get_logger()
@@ -133,19 +140,34 @@ class TrainNode(Node):
         RecordingError
             There can be no such recording; nothing was started.
         """
+        self.start()
+        try:
+            self._spin()
+        finally:
+            status = self.stop()
+        return status
+
+    def start(self) -> None:
+        """Begin to simulate, before the node is put into an executor.
+
+        Raises
+        ------
+        RecordingError
+            There can be no such recording; nothing was started.
+        """
         scenario = self._settings.scenario
         self._loop = SimulationLoop(
             self._new_run(scenario),
             round(NS_PER_S / scenario.sample_rate),
             self._settings.number("real_time_factor"),
             on_rejected=self._warn_rejected,
-            on_end=shut_down,
+            on_end=self._on_end,
         )
         self._loop.start()
-        try:
-            self._spin()
-        finally:
-            self._loop.stop()
+
+    def stop(self) -> int:
+        """End the simulation and finish its recording; 0, or 1 and on standard error what has failed."""
+        self._loop.stop()
         return 0 if self._loop.failure is None else _print_failure(self._loop.failure)
 
     def _spin(self) -> None:
