@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from haul_ros.physics.kernel._jit import inner, outer
 from haul_ros.physics.kernel.air_data import AirParameters, AirState, DriverValveParameters, DriverValveState
-from haul_ros.physics.kernel.air_driver_valve import driver_valve, told_by_pipe
+from haul_ros.physics.kernel.air_driver_valve import add_vented, driver_valve, told_by_pipe
 from haul_ros.physics.kernel.air_flow import pipe_flow, pipe_pressure
 from haul_ros.physics.kernel.air_valves import control_valves
 from haul_ros.physics.kernel.blocks import (
@@ -62,7 +62,7 @@ def _air_step(
         i = int(driver_parameters.vehicle[k])
         speed = abs(velocity[mass_index[i]])
         state.held_off[i] = _held_off(air, vehicle_parameters, vehicles, i, speed, state.pipe[i])
-    account.vented += control_valves(air, parameters, state)
+    add_vented(account, control_valves(air, parameters, state))
     for k in range(driver_valves.target.shape[0]):
         i = int(driver_parameters.vehicle[k])
         link_down = vehicles.link_down[i]

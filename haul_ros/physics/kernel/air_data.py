@@ -198,6 +198,6 @@ many substeps in a time step; gas: R T [J/kg], root_gas: its root [m/s]; pipe_fr
 viscosity: dynamic [Pa s]; the rest of the locomotives' brake valves: areas are effective [m^2], rates [Pa/s],
 pressures [Pa], compressor_flow [kg/s]; maintaining: 1 if the feed stays open in an application."""
 
-AIR_ACCOUNT = record_type("vented fed compressed")
+AIR_ACCOUNT = record_type("vented fed compressed vented_rest compressed_rest")
 """Air that has left to the atmosphere, come from main reservoirs into the pipe, and from compressors into these, since
-the start [kg]."""
+the start [kg]; a rest is what rounding has added to that sum beyond what was to be added."""

@@ -15,6 +15,24 @@ from haul_ros.physics.kernel.data import Record
 
 
 @inner
+def add_vented(account: Record, mass: float) -> None:
+    """Add to the air that has left [kg]; compensated, or in hours the rounding of a large sum would show (Kahan)."""
+    wanted = mass - account.vented_rest
+    total = account.vented + wanted
+    account.vented_rest = (total - account.vented) - wanted
+    account.vented = total
+
+
+@inner
+def _add_compressed(account: Record, mass: float) -> None:
+    """The same of the air that compressors have brought."""
+    wanted = mass - account.compressed_rest
+    total = account.compressed + wanted
+    account.compressed_rest = (total - account.compressed) - wanted
+    account.compressed = total
+
+
+@inner
 def _opening(difference: float, air: Record) -> float:
     """Part of the relay's valve that is open, by what it has to correct [Pa]."""
     return min(1.0, max(0.0, (difference - air.dead_band) / air.relay_span))
@@ -88,7 +106,7 @@ def driver_valve(
         valves.main_reservoir[k] = state.auxiliary[i]
     _take_equalising(air, valves, k)
     _feel(air, valves, k, pipe, link_down)
-    account.compressed += _compress(air, parameters, valves, k)
+    _add_compressed(account, _compress(air, parameters, valves, k))
     if valves.emergency[k] == 1.0 or valves.vent_left[k] > 0.0:
         area = air.emergency_area
         valves.vent_left[k] = max(0.0, valves.vent_left[k] - air.step)
@@ -96,7 +114,7 @@ def driver_valve(
         area = air.exhaust_area * _opening(pipe - valves.equalising[k], air)
     lost = vented(air, area, pipe, volume)
     fed = _feed(air, parameters, valves, k, pipe, volume)
-    account.vented += lost
+    add_vented(account, lost)
     account.fed += fed
     state.inflow[i] += fed - lost
     if pipe_parameters.from_main_reservoir[i] == 1.0:
