@@ -53,13 +53,13 @@ def test_each_value_stands_at_its_points() -> None:
         assert QUANTITIES[name].of(result(1e5)) == pytest.approx(expected)
 
 
-def test_a_trend_holds_if_nothing_goes_against_it_and_something_with_it() -> None:
+def test_a_trend_holds_if_something_goes_with_it_and_nothing_against_it() -> None:
     trial = study(Trend(BRAKE, "force", True, "source"), Trend(DELAY, "force", False, "source"))
     rising, level, _ = judge(trial, results(trial, lambda case: number(case, BRAKE) * 1e3))
     assert rising.holds is True
     assert rising.found == "with it in 8, against it in 0 of 8 steps"
     assert rising.text == "largest coupler force [kN] rises with electric brake [kN] (source)"
-    assert level.holds is False, "nothing falls"
+    assert level.holds is None, "nothing changes"
     once: dict[tuple[object, ...], float] = {(300, 2, "long"): 1e5}
     turned = results(
         trial, lambda case: once.get(tuple(case.values[axis.name] for axis in trial.axes), number(case, BRAKE) * 1e3)
@@ -129,6 +129,27 @@ def test_a_longer_train_releases_when_applied_too_soon_and_a_later_or_deeper_app
     assert later.unbraked < soon.unbraked
     fifty, eighty = thinned("unintended-release", of=(2,), application=(0,), reduction=(0, 2))
     assert eighty.unbraked < fifty.unbraked
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+def test_more_electric_brake_is_worse_and_a_higher_speed_at_release_better_while_reservoirs_recover() -> None:
+    """Railway Sciences 4(2); where they do not, a shorter cycle releases unasked and is worse."""
+    found = thinned("release-speed", release_below_kmh=(0, 1), electric_brake_kN=(1, 2))
+    (slow_weak, slow_strong, fast_weak, fast_strong) = found
+    assert all(case.released == 0 for case in found)
+    assert slow_strong.gear_force > slow_weak.gear_force
+    assert fast_strong.gear_force > fast_weak.gear_force
+    assert fast_weak.gear_force < slow_weak.gear_force
+    assert fast_strong.gear_force < slow_strong.gear_force
+
+
+@pytest.mark.slow
+@pytest.mark.no_cover
+def test_a_slave_that_does_not_hear_of_the_release_is_worse_than_one_that_hears_of_nothing() -> None:
+    """It holds its part of the train braked while the head pulls away."""
+    never, releasing, both = thinned("radio-outage", out=(0, 2, 3), reduction=(0,))
+    assert never.gear_force < both.gear_force < releasing.gear_force
 
 
 @pytest.mark.slow

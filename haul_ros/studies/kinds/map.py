@@ -78,7 +78,7 @@ def _steps(study: Sweep, results: Results, trend: Trend) -> tuple[int, int, int]
 
 
 def judge(study: Sweep, results: Results) -> list[Claim]:
-    """Each published trend, from point to point of its axis, all else equal; it holds if nothing is against it."""
+    """Each published trend, from point to point of its axis, all else equal: it holds if nothing is against it."""
     claims = []
     for trend in study.trends:
         with_it, against, of = _steps(study, results, trend)
@@ -86,7 +86,8 @@ def judge(study: Sweep, results: Results) -> list[Claim]:
         label = axis_label(next(axis for axis in study.axes if axis.name == trend.along))
         text = f"{_words(trend.quantity)} {sense} with {label} ({trend.source})"
         found = f"with it in {with_it}, against it in {against} of {of} steps"
-        claims.append(Claim(text, against == 0 and with_it > 0, found))
+        decided = with_it + against > 0
+        claims.append(Claim(text, against == 0 if decided else None, found))
     found_values = values(study, results, study.quantity)
     low, high = float(np.nanmin(found_values)), float(np.nanmax(found_values))
     claims.append(Claim(_words(study.quantity), None, f"from {low:.0f} to {high:.0f}"))
