@@ -123,11 +123,11 @@ def thinned(name: str, **kept: tuple[int, ...]) -> list[CaseResult]:
 @pytest.mark.no_cover
 def test_a_longer_train_releases_when_applied_too_soon_and_a_later_or_deeper_application_does_not() -> None:
     """Tests on a rack of 200 valves: longer trains likelier, a deeper or a later second application avoids it."""
-    short, long = thinned("unintended-release", of=(0, 2), application=(0,))
+    short, long = thinned("unintended-release", of=(0, 2), application=(1,))
     assert long.unbraked > short.unbraked
-    soon, later = thinned("unintended-release", of=(2,), application=(0, 3))
+    soon, later = thinned("unintended-release", of=(2,), application=(1, 3))
     assert later.unbraked < soon.unbraked
-    fifty, eighty = thinned("unintended-release", of=(2,), application=(0,), reduction=(0, 2))
+    fifty, eighty = thinned("unintended-release", of=(2,), application=(1,), reduction=(0, 2))
     assert eighty.unbraked < fifty.unbraked
 
 

@@ -127,17 +127,17 @@ def map_figure(study: Sweep, results: Results) -> Figure:
         shown, released = shown[..., None], released[..., None]
     figure = new_figure(study.description, LOW_SIZE)
     panels = figure.subplots(1, shown.shape[2], sharey=True, squeeze=False)[0]
+    framed = study.quantity not in ("released", "unbraked") and bool(released.any())
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     for number, axes in enumerate(panels):
         mesh = _draw(axes, study, shown[..., number], low, high)
-        if study.quantity != "released":
+        if framed:
             _mark_released(axes, released[..., number])
         if len(study.axes) == 3:
             axis = study.axes[2]
             axes.set_title(_title(axis, axis.points[number]), fontsize=10)
     panels[0].set_ylabel(axis_label(study.axes[1]))
     figure.colorbar(mesh, ax=list(panels), label=_words(study.quantity), pad=0.01)
-    framed = study.quantity != "released" and released.any()
     note = "\nin a frame: so many vehicles have released their brake unasked" if framed else ""
     figure.supxlabel(axis_label(study.axes[0]) + note, fontsize=10)
     return figure
