@@ -55,6 +55,7 @@ def _feel_emergency(air: Record, parameters: AirParameters, state: AirState, i: 
         state.emergency[i] = 1.0
         state.vent_left[i] = parameters.vent_time[i]
         state.position[i] = APPLYING
+        state.quick_service[i] = 0.0
     state.chamber[i] = chamber + (pipe - chamber) * air.step / (parameters.emergency_lag[i] + air.step)
 
 
@@ -69,14 +70,13 @@ def _direct_position(parameters: AirParameters, state: AirState, i: int) -> None
             state.quick_service[i] = 0.0
         if difference > parameters.apply_difference[i]:
             state.position[i] = APPLYING
+            state.quick_service[i] = 0.0  # the slide valve moves on
     elif difference < -parameters.release_difference[i]:
         state.position[i] = RELEASED
         state.emergency[i] = 0.0
-        state.quick_service[i] = 0.0
         state.boosting[i] = 1.0
     elif position == APPLYING and difference < parameters.lap_difference[i] and state.emergency[i] == 0.0:
         state.position[i] = LAPPED
-        state.quick_service[i] = 0.0
     elif position == LAPPED and difference > parameters.reapply_difference[i]:
         state.position[i] = APPLYING
 
@@ -102,11 +102,11 @@ def _direct_release(air: Record, parameters: AirParameters, state: AirState, i: 
         lost += mass
         into_pipe -= mass
         state.vent_left[i] -= air.step
-    elif state.quick_service[i] == 1.0 and state.emergency[i] == 0.0 and pipe > state.bulb[i]:
+    elif state.quick_service[i] == 1.0 and pipe > state.bulb[i]:
         mass = exchanged(air, parameters.bulb_fill_area[i], pipe, volume, state.bulb[i], parameters.bulb_volume[i])
         state.bulb[i] += gas * mass / parameters.bulb_volume[i]
         into_pipe -= mass
-    elif state.quick_service[i] == 0.0 and state.bulb[i] > air.atmosphere:  # a bulb takes the pipe's air once
+    elif state.quick_service[i] == 0.0 and state.bulb[i] > air.atmosphere:
         mass = vented(air, parameters.bulb_vent_area[i], state.bulb[i], parameters.bulb_volume[i])
         state.bulb[i] -= gas * mass / parameters.bulb_volume[i]
         lost += mass
