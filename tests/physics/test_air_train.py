@@ -17,6 +17,9 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import TrainModel
 from haul_ros.scenario import load_scenario
 from tests.physics.air_cases import (
+    CHOKED,
+    GAS,
+    SOUND,
     Floats,
     air_train,
     cylinder,
@@ -31,6 +34,8 @@ from tests.physics.air_cases import (
 PSI = 6894.757
 STARTS = 3e3
 """Cylinder pressure [Pa] at which a brake counts as applied."""
+
+SS4, C80 = {"vehicle": "SS4"}, {"vehicle": "C80"}
 
 pytestmark = pytest.mark.slow
 
@@ -86,25 +91,25 @@ def test_full_service_takes_minutes_to_the_tail() -> None:
     train.set_brake_valve(0, 1.0)
     times, _, cylinders = history(train, 200.0, 0.2)
     at_95 = max(first_above(times, cylinders[:, [k]], 0.95 * cylinders[-1, k])[0] for k in range(1, 205))
-    assert at_95 == pytest.approx(142.0, rel=0.08)  # the other model's, within 5 %: not quite reached
+    assert at_95 == pytest.approx(142.0, rel=0.05)
 
 
-@pytest.mark.parametrize(("valve", "low", "high"), [({}, 170.0, 240.0), ({"accelerated_bore": 0.0}, 20.0, 90.0)])
+@pytest.mark.parametrize(("valve", "low", "high"), [({}, 170.0, 240.0), ({"accelerated_bore": 0.0}, 20.0, 30.0)])
 def test_the_release_wave_is_fast_with_accelerated_release_and_slow_without(
     valve: dict[str, float], low: float, high: float
 ) -> None:
+    """170 to 240 m/s, and some 25: to the last wagon that releases, which without it is one in the rear half."""
     train = air_train(204, wagon_valve=valve)
     train.set_brake_valve(0, 1.0)
     train.advance(150_000)
     assert train.train.air_state.position[1:].all()
     train.set_brake_valve(0, 0.0)
-    start, released = train.time, np.full(205, np.nan)
-    while np.isnan(released[1:]).any():
-        assert train.time < start + 120.0
+    start = train.time
+    while train.train.air_state.position[1:].any():
+        assert train.time < start + 150.0
         train.advance(10)
-        new = (train.train.air_state.position == 0.0) & np.isnan(released)
-        released[new] = train.time - start
-    assert low <= wave_speed(train, released, 1, 204) <= high
+    offsets = train.train.vehicle_parameters.centre_offset
+    assert low <= (offsets[204] - offsets[0]) / (train.time - start) <= high
 
 
 @pytest.mark.parametrize(("kind", "last"), [("emergency", 2.6), ("full", 3.1)])
@@ -144,7 +149,7 @@ def test_peaks_of_compression_with_late_slaves(kind: str, coupler: str) -> None:
         found.append(train.extremes().compression.max() / 1e3)
         if kind == "emergency":
             assert 46.0 <= train.stop_time <= 49.5
-    assert found == pytest.approx(PEAKS[kind, coupler], rel=0.05 if kind == "emergency" else 0.12)
+    assert found == pytest.approx(PEAKS[kind, coupler], rel=0.05)
     assert found == sorted(found)
 
 
@@ -186,7 +191,7 @@ def test_150_cars_are_fully_actuated_16_s_after_a_hose_parts_at_the_first() -> N
 
 @pytest.mark.parametrize(("kind", "psi"), [("full", 64.1), ("emergency", 74.3)])
 def test_aar_valves_give_the_pressures_of_their_volumes(kind: str, psi: float) -> None:
-    """Emergency is 77.0 psi here: the piping that the source adds in emergency is no volume of its own."""
+    """Emergency is 77.0 psi here: of the piping, 570 in^3 in emergency, only the 310 of service are there."""
     train = standing(load_scenario("aar_unit_train", {"consist.1.count": 3, "commands": []}))
     for vehicle in locomotives_of(train):
         if kind == "full":
@@ -194,7 +199,7 @@ def test_aar_valves_give_the_pressures_of_their_volumes(kind: str, psi: float) -
         else:
             train.set_emergency_valve(vehicle)
     train.advance(60_000)
-    assert cylinder(train)[1:4] / PSI == pytest.approx(np.full(3, psi), rel=0.04)
+    assert cylinder(train)[1:4] / PSI == pytest.approx(np.full(3, psi), rel=0.05)
 
 
 def _uic(valve: str) -> Scenario:
@@ -273,16 +278,34 @@ def _second_application(reduction: float, pause: float) -> int:
 
 def test_a_second_application_too_soon_releases_and_a_deeper_or_later_one_does_not() -> None:
     soon = _second_application(50e3, 30.0)
-    assert soon > 30  # the other model: all 204
+    assert soon > 102  # the other model: all 204; which half follows the other depends on the step of the air
     assert _second_application(50e3, 120.0) == 0
     assert _second_application(70e3, 30.0) < soon / 2
     assert _second_application(70e3, 120.0) == 0
 
 
-@pytest.mark.parametrize(("scenario", "seconds"), [("daqin_1_2_1", 283.0), ("daqin_1_1_0", 715.0)])
-def test_charging_an_empty_train_takes_minutes(scenario: str, seconds: float) -> None:
-    """Rules say 1 min for 12 cars, 17 min here; the other model took 283 s with four locomotives, 715 s with two."""
-    train = standing(load_scenario(scenario, {"brakes": "pneumatic", "commands": [], "time_step_ms": 4}), 4e-3)
+CHARGING = {
+    "1+2+1": ({}, 283.0, 0.05),
+    "1+0+1": ({"consist": [SS4 | {"role": "master"}, C80 | {"count": 204}, SS4 | {"role": "slave"}]}, 715.0, 0.05),
+}
+"""Seconds of the other model, which says 1+1: with its locomotives at the ends, each feeds 102 wagons."""
+
+
+@pytest.mark.parametrize("formation", CHARGING)
+def test_charging_an_empty_train_takes_minutes(formation: str) -> None:
+    """Until the last auxiliary reservoir has 480 kPa; rules say 1 min for 12 cars, 17 min here."""
+    overrides, seconds, tolerance = CHARGING[formation]
+    given = {"brakes": "pneumatic", "commands": [], "time_step_ms": 4} | overrides
+    train = standing(load_scenario("daqin_1_2_1", given), 4e-3)
+    assert _seconds_to_charge(train) == pytest.approx(seconds, rel=tolerance)
+
+
+def test_charging_two_halves_from_the_middle_takes_longer_but_not_longer_than_the_rules_allow() -> None:
+    train = standing(load_scenario("daqin_1_1_0", {"brakes": "pneumatic", "commands": [], "time_step_ms": 4}), 4e-3)
+    assert 715.0 < _seconds_to_charge(train) < 204 / 12 * 60.0
+
+
+def _seconds_to_charge(train: TrainModel) -> float:
     arrays = train.train
     for pressure in (
         arrays.air_state.pipe,
@@ -296,6 +319,24 @@ def test_charging_an_empty_train_takes_minutes(scenario: str, seconds: float) ->
         pressure[:] = 101_325.0
     arrays.driver_valves.charged[:] = 0.0
     while arrays.air_state.auxiliary.min() < 480e3 + 101_325.0:
-        assert train.time < 1020.0, "longer than the rules allow"
+        assert train.time < 1200.0
         train.advance(250)
-    assert train.time == pytest.approx(seconds, rel=0.2)
+    return train.time
+
+
+def test_a_train_that_leaks_as_much_as_the_rules_allow_has_pressure_at_its_tail() -> None:
+    """49 CFR 232.207: a flow of at most 60 CFM leaves the tail within 15 psi of the head, at 75 psi or more."""
+    consist = [{"vehicle": "HXD1", "role": "master"}, {"vehicle": "gondola", "count": 150}]
+    train = standing(load_scenario("aar_unit_train", {"consist": consist, "commands": [], "time_step_ms": 4}), 4e-3)
+    cubic_foot = 0.3048**3
+    allowed = 60.0 * cubic_foot / 60.0 * 101_325.0 / GAS
+    for vehicle in np.flatnonzero(wagons_of(train)):
+        train.set_hole(int(vehicle), allowed / 150 * SOUND / (CHOKED * 655e3))
+    train.advance(300_000)
+    fed = train.train.air_account[0].fed
+    train.advance(50_000)
+    assert (train.train.air_account[0].fed - fed) / 200.0 == pytest.approx(allowed, rel=0.05)
+    tail = float(pipe(train)[wagons_of(train)].min()) / PSI
+    assert tail >= 75.0
+    assert 90.0 - tail <= 15.0
+    assert cylinder(train).max() == 0.0

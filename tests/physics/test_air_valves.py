@@ -35,7 +35,7 @@ def test_an_auxiliary_reservoir_is_charged_through_its_groove_as_choked_flow_say
     state, parameters = train.train.air_state, train.train.air_parameters
     pipe_volume, volume, start = parameters.pipe_volume[1], 60e-3, state.pipe[1]
     state.auxiliary[1] = ATMOSPHERE
-    time_constant = pipe_volume / (CHOKED * effective(2.5e-3) * SOUND)
+    time_constant = pipe_volume / (CHOKED * effective(2.4e-3) * SOUND)
     for _ in range(4):
         train.advance(1000)
         pressure = start * np.exp(-train.time / time_constant)
