@@ -25,7 +25,7 @@ def test_values_come_in_si_units() -> None:
     assert (found.pipe.bore, found.pipe.branch_volume, found.pipe.temperature) == (0.035, 1.5e-3, 293.0)
     assert found.step == 2e-3
     valve = found.valves["C80"]
-    assert (valve.auxiliary_volume, valve.vent_bore) == pytest.approx((60e-3, 16e-3))
+    assert (valve.auxiliary_volume, valve.vent_bore) == pytest.approx((60e-3, 19e-3))
     assert (valve.apply_difference, valve.emergency_lag) == (6e3, 0.8)
     assert found.driver_valve.compressor_flow == pytest.approx(5.0 / 60.0)
     assert (found.driver_valve.equalising_down, found.driver_valve.main_reservoir_volume) == pytest.approx((25e3, 1.2))
