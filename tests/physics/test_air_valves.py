@@ -129,7 +129,7 @@ def test_the_feed_is_cut_by_a_fall_that_nobody_commanded_and_opened_by_the_next_
     train.advance(5_000)
     assert pipe(train)[:6].max() < 20e3, "a driver's valve held the pipe against a parted hose"
     assert train.train.air_account[0].fed < 0.2
-    train.set_hole(5, 0.0)  # mended, with the cock still closed
+    train.set_cock(5, is_open=False)  # beside the parted hose
     train.set_brake_valve(0, 0.0)
     train.advance(120_000)
     assert pipe(train)[:6].min() > 480e3
@@ -177,7 +177,7 @@ def test_what_the_train_does_not_have_is_refused_and_nothing_has_changed(coupler
     train = air_train(9)
     with pytest.raises(ValueError, match="expected 0 to 8"):
         train.part_hose(coupler)
-    with pytest.raises(ValueError, match="expected a vehicle of the train"):
+    with pytest.raises(ValueError, match="vehicle 10: expected 0 to 9"):
         train.set_hole(10, 1e-4)
     assert (train.train.air_state.hole == 0.0).all()
 

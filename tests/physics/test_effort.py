@@ -205,7 +205,7 @@ def test_the_electric_brake_holds_the_locomotives_air_brake_off_but_in_an_emerge
     assert effort(train) < 0.0
     assert (force[1:20] > 1e3).all()
     assert (force[0] > 50e3) == (demand is None)
-    assert train.train.brakes.fraction[0] > 0.3  # pressure is there
+    assert (train.train.brakes.fraction[0] > 0.3) == (demand is None)  # its cylinder is empty, not only without effect
 
 
 def test_a_standing_locomotive_keeps_its_air_brake_whatever_electric_brake_is_asked_for() -> None:

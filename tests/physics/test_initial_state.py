@@ -140,7 +140,7 @@ def test_the_air_of_the_start_is_that_of_the_volumes() -> None:
     volumes = parameters.pipe_volume + parameters.accelerated_volume + parameters.emergency_volume
     by_hand = (
         (AIR.pipe + ATMOSPHERE) * volumes.sum()
-        + (AIR.auxiliary + ATMOSPHERE) * parameters.auxiliary_volume.sum()
+        + (AIR.auxiliary + ATMOSPHERE) * parameters.auxiliary_volume[parameters.from_main_reservoir == 0.0].sum()
         + ATMOSPHERE * parameters.bulb_volume.sum()
         + (AIR.cylinder + ATMOSPHERE) * (parameters.cylinder_clearance + parameters.cylinder_displaced).sum()
     ) / GAS
@@ -179,7 +179,8 @@ def test_a_train_that_is_not_charged_is_charged() -> None:
     train = air_started(InitialAir(pipe=400e3, auxiliary=300e3, cylinder=0.0))
     assert (train.train.air_state.position == RELEASED).all()
     assert train.initial_demand == 0.0
-    np.testing.assert_allclose(train.train.air_state.auxiliary, 300e3 + ATMOSPHERE)
+    own = train.train.air_parameters.from_main_reservoir == 0.0
+    np.testing.assert_allclose(train.train.air_state.auxiliary[own], 300e3 + ATMOSPHERE)
     train.advance(60_000)
     assert pipe(train).min() > 480e3
     assert train.train.air_state.auxiliary.min() > 400e3 + ATMOSPHERE

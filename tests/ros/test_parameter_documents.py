@@ -38,7 +38,9 @@ def test_the_readme_names_every_parameter_and_which_are_read_only() -> None:
     read_only: dict[str, bool] = {}
     for names, mark in re.findall(r"^\| (`.*?) \| (read-only|) ?\|", table, re.M):
         # `radio.<slave>.delay`, `.connected`
-        for name in re.findall(r"`(\S+?)`", names):
-            full = f"radio.<slave>{name}" if name.startswith(".") else name
+        every = re.findall(r"`(\S+?)`", names)
+        group = every[0].rpartition(".")[0]
+        for name in every:
+            full = group + name if name.startswith(".") else name
             read_only[full.replace("<slave>", "slave_1")] = mark == "read-only"
     assert read_only == {name: row.read_only for name, row in ROWS.items()}
