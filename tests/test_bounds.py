@@ -161,8 +161,8 @@ HEAD = "/**:\n  ros__parameters:\n"
     ("text", "expected"),
     [
         (f"{HEAD}    x: [" + "1," * 3_000_000 + "1]\n", "more than 64 KiB, expected a parameter file of less"),
-        (f"{HEAD}    x: [" + "1," * 32_000 + "1]\n", "parameter x is unknown"),
-        (HEAD + "".join(f"    k{n}: 1\n" for n in range(5000)), "is unknown"),
+        (f"{HEAD}    scenaro: [" + "1," * 32_000 + "1]\n", "parameter scenaro is unknown"),
+        (HEAD + "".join(f"    radio.k{n}: 1\n" for n in range(3000)), "is unknown"),
         (f"{HEAD}    scenario: " + "a" * 65_000 + "\n", "must be text of at most 4096 characters"),
         (f"{HEAD}    scenario: " + "[" * 50_000 + "\n", "cannot be started with these arguments"),
         ("a: &a [x, x]\nb: [*a, *a]\n", "cannot be started with these arguments"),

@@ -112,7 +112,8 @@ class ValveState:
 
     ``applied``: not released; ``emergency``: it has tripped. ``release_commanded``: some brake valve charges the pipe;
     ``emergency_commanded``: some brake valve vents it by hand. ``targets``: gauge pressures of the pipe that the brake
-    valves are put to [Pa]; ``feed_cut``: they do not feed it. ``cut_out`` (v,): the control valve is cut out.
+    valves are put to [Pa]; ``feed_cut``: they do not feed it. ``cut_out`` (v,): the control valve is cut out;
+    ``held_off`` (v,): the electric brake keeps the cylinder empty.
     """
 
     applied: NDArray[np.bool_]
@@ -122,6 +123,7 @@ class ValveState:
     targets: Floats
     feed_cut: NDArray[np.bool_]
     cut_out: NDArray[np.bool_]
+    held_off: NDArray[np.bool_]
 
 
 class TrainModel:
@@ -612,6 +614,7 @@ class TrainModel:
             targets=driver.target - ATMOSPHERE,
             feed_cut=driver.feed_cut != 0.0,
             cut_out=state.cut_out != 0.0,
+            held_off=state.held_off != 0.0,
         )
 
     @property

@@ -69,7 +69,8 @@ class ApplicationWatch:
     - the pipe must not fall `LOST` below the lowest pressure that a brake valve is put to, nor below what it was at the
       start if that was lower still, but in an emergency.
 
-    A further demand begins anew for those that have been told of. Cylinders of valves that are cut out are not watched.
+    A further demand begins anew for those that have been told of. Cylinders of valves that are cut out, and those that
+    the electric brake keeps empty, are not watched meanwhile.
     """
 
     def __init__(self, consist: Consist, brake: PneumaticBrake, names: Callable[[Iterable[int]], str]) -> None:
@@ -121,7 +122,8 @@ class ApplicationWatch:
         np.minimum(self._lowest, self._cylinder, out=self._lowest)
         begun = valves.applied & (self._cylinder > self._lowest + BEGUN)
         np.maximum(self._highest, self._cylinder, out=self._highest, where=begun | (self._highest > -np.inf))
-        self._lowest[valves.cut_out], self._highest[valves.cut_out] = np.inf, -np.inf
+        off = valves.cut_out | valves.held_off
+        self._lowest[off], self._highest[off] = np.inf, -np.inf
         self._fallen.found |= self._highest - self._cylinder > LOST
 
     def _watch_what_is_asked(self, time_ns: int, valves: ValveState) -> None:
@@ -135,12 +137,12 @@ class ApplicationWatch:
             self._asked = cylinder_pressures_for(self._brake, self._consist, asked_pipe)
         arrived = self._pipe <= asked_pipe + ARRIVED
         moving = np.abs(self._cylinder - self._level) > STILL_CYLINDER
+        moving |= valves.cut_out | valves.held_off
         moving |= ~arrived & (np.abs(self._pipe - self._pipe_level) > STILL_PIPE)
         self._level[moving], self._pipe_level[moving] = self._cylinder[moving], self._pipe[moving]
         self._since_ns[moving] = time_ns
         settled = time_ns - self._since_ns >= np.where(arrived, SETTLED, STUCK) * NS_PER_S
-        lacking = (self._cylinder < self._asked - LOST) & ~(self._fallen.found | valves.cut_out)
-        self._short.found |= settled & lacking
+        self._short.found |= settled & (self._cylinder < self._asked - LOST) & ~self._fallen.found
 
     def _words_of_fallen(self, new: Flags) -> str:
         left, had = self._cylinder[new].min() / 1e3, self._highest[new].max() / 1e3

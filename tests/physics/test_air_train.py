@@ -307,9 +307,10 @@ def test_charging_two_halves_from_the_middle_takes_longer_but_not_longer_than_th
 
 def _seconds_to_charge(train: TrainModel) -> float:
     arrays = train.train
+    wagons = arrays.air_parameters.from_main_reservoir == 0.0  # main reservoirs are full
+    arrays.air_state.auxiliary[wagons] = 101_325.0
     for pressure in (
         arrays.air_state.pipe,
-        arrays.air_state.auxiliary,
         arrays.air_state.accelerated,
         arrays.air_state.chamber,
         arrays.air_state.control,

@@ -36,7 +36,7 @@ def session(**overrides: Any) -> Session:
 
 
 @pytest.mark.parametrize("brakes", ["pneumatic", "pneumatic_uic", "paper_set_b"])
-@pytest.mark.parametrize("seconds", [300.0, pytest.param(3600.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [300.0, pytest.param(3600.0, marks=[pytest.mark.slow, pytest.mark.hours])])
 def test_a_braked_train_on_12_per_mille_does_not_move_by_the_last_bit(brakes: str, seconds: float) -> None:
     run = session(brakes=brakes)
     run.request(Command("master", CommandKind.BRAKE, 1.0))
@@ -150,7 +150,7 @@ def test_chain_and_pneumatic_brake_together_are_of_second_order_in_the_time_step
     errors = [abs(after_ten_seconds(step, 4.0, kind)[0] - reference[0]) for step in (4.0, 2.0, 1.0)]
     # Against 0.25 ms instead of none an error of the second order falls by 255/63 and 63/15.
     for (coarse, fine), ratio in zip(pairwise(errors), (255 / 63, 63 / 15), strict=True):
-        assert coarse / fine == pytest.approx(ratio, rel=0.05)
+        assert coarse / fine == pytest.approx(ratio, rel=0.1)
     assert errors[0] < 1e-5
     pressures = [after_ten_seconds(step, step, kind)[2] for step in (4.0, 2.0, 1.0, 0.25)]
     of_air = [abs(pressure - pressures[-1]) for pressure in pressures[:-1]]
@@ -182,6 +182,7 @@ def test_cycle_after_cycle_of_braking_is_the_same() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.hours
 def test_eight_hours_of_cyclic_braking_do_not_drift() -> None:
     hours = list(hours_of(Session(descent(8), play_commands=True), 8))
     for hour in hours[2:]:

@@ -125,7 +125,8 @@ def test_a_longer_train_releases_when_applied_too_soon_and_a_later_or_deeper_app
     """Tests on a rack of 200 valves: longer trains likelier, a deeper or a later second application avoids it."""
     short, long = thinned("unintended-release", of=(0, 2), application=(1,))
     assert long.unbraked > short.unbraked
-    soon, later = thinned("unintended-release", of=(2,), application=(1, 3))
+    # Of 60 kPa; 50 after four minutes are released again by the brake valve, which quick service has overtaken
+    soon, later = thinned("unintended-release", of=(2,), application=(1, 3), reduction=(1,))
     assert later.unbraked < soon.unbraked
     fifty, eighty = thinned("unintended-release", of=(2,), application=(1,), reduction=(0, 2))
     assert eighty.unbraked < fifty.unbraked
