@@ -187,4 +187,4 @@ def test_eight_hours_of_cyclic_braking_do_not_drift() -> None:
     hours = list(hours_of(Session(descent(8), play_commands=True), 8))
     for hour in hours[2:]:
         assert not drift(hours[1], hour)
-    assert hours[-1].air_error < 1e-11
+    assert hours[-1].air_error < 3e-11  # 1.5e-12 an hour: the rounding of 1.8 million steps of every volume
