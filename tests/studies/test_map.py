@@ -73,12 +73,12 @@ def test_the_picture_names_axes_in_words_with_units_and_frames_what_released() -
     figure = map_figure(trial, results(trial, lambda case: number(case, BRAKE) * 1e3, released=7))
     panels, bar = figure.axes[:2], figure.axes[2]
     assert [panel.get_title() for panel in panels] == ["train short", "train long"]
-    assert figure.get_supxlabel().startswith("electric brake [kN]\n")
+    (below,) = (text.get_text() for text in figure.texts if text.get_text().startswith("electric brake [kN]\n"))
     assert panels[0].get_ylabel() == "delay [s]"
     assert [label.get_text() for label in panels[0].get_xticklabels()] == ["200", "300", "400"]
     assert bar.get_ylabel() == "largest coupler force [kN]"
     assert [text.get_text() for text in panels[1].texts].count("7") == 6
-    assert "unasked" in figure.get_supxlabel()
+    assert "unasked" in below
     assert axis_label(trial.axes[2]) == "train"
     assert axis_label(list_axis("initial_speed_kmh", [40, 60])) == "initial speed [km/h]"
 
