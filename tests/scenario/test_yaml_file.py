@@ -42,6 +42,11 @@ def test_each_value_knows_its_line() -> None:
     assert document.origin(()) == "x.yaml"
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_anchor_may_be_set_again_without_a_word() -> None:
+    assert parse_yaml("a: &x 1\nb: *x\nc: &x 2\nd: *x\n", "x").data == {"a": 1, "b": 1, "c": 2, "d": 2}
+
+
 def test_a_merged_mapping_can_be_overridden_key_by_key() -> None:
     assert parse_yaml("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}", "x").data["b"] == {"x": 1, "y": 3}
 
