@@ -125,6 +125,11 @@ class ValveState:
     cut_out: NDArray[np.bool_]
     held_off: NDArray[np.bool_]
 
+    @property
+    def out_of_use(self) -> NDArray[np.bool_]:
+        """Vehicles whose cylinder stays empty whatever the pipe says (v,)."""
+        return self.cut_out | self.held_off
+
 
 class TrainModel:
     """Longitudinal dynamics of one train.

@@ -122,8 +122,7 @@ class ApplicationWatch:
         np.minimum(self._lowest, self._cylinder, out=self._lowest)
         begun = valves.applied & (self._cylinder > self._lowest + BEGUN)
         np.maximum(self._highest, self._cylinder, out=self._highest, where=begun | (self._highest > -np.inf))
-        off = valves.cut_out | valves.held_off
-        self._lowest[off], self._highest[off] = np.inf, -np.inf
+        self._lowest[valves.out_of_use], self._highest[valves.out_of_use] = np.inf, -np.inf
         self._fallen.found |= self._highest - self._cylinder > LOST
 
     def _watch_what_is_asked(self, time_ns: int, valves: ValveState) -> None:
@@ -137,7 +136,7 @@ class ApplicationWatch:
             self._asked = cylinder_pressures_for(self._brake, self._consist, asked_pipe)
         arrived = self._pipe <= asked_pipe + ARRIVED
         moving = np.abs(self._cylinder - self._level) > STILL_CYLINDER
-        moving |= valves.cut_out | valves.held_off
+        moving |= valves.out_of_use
         moving |= ~arrived & (np.abs(self._pipe - self._pipe_level) > STILL_PIPE)
         self._level[moving], self._pipe_level[moving] = self._cylinder[moving], self._pipe[moving]
         self._since_ns[moving] = time_ns

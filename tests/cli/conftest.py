@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,13 @@ class Outcome:
 
 
 Haul = Callable[..., Outcome]
+
+
+@pytest.fixture
+def environment() -> dict[str, str]:
+    """That of a Python process which takes haul_ros from here, wherever it is started."""
+    path = os.pathsep.join(filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]))
+    return os.environ | {"PYTHONPATH": path}
 
 
 @pytest.fixture
