@@ -21,7 +21,7 @@ TIMEOUT = 10.0
 """Longest wait [s] for the node, and again for its acknowledgement."""
 
 _SETTLING = 1.0
-"""Wait [s] for the rest of a node's topics after the first of them has been seen."""
+"""Wait [s] for more of a node's topics after the last of them has been seen."""
 _POLL = 0.02
 """Longest wait [s] before what has been found is checked again."""
 
@@ -68,11 +68,12 @@ def _wait(node: Node, condition: Callable[[], bool], timeout: float, locomotive:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     began = hopeful = time.monotonic()
+    before: list[str] = []
     while not condition():
         known = _locomotives(node, prefix)
         now = time.monotonic()
-        if not known or locomotive in known:
-            hopeful = now
+        if not known or locomotive in known or known != before:
+            hopeful, before = now, known
         if now > began + timeout or now > hopeful + _SETTLING:
             raise CommandError(_why_in_vain(known, _trains(node), locomotive, prefix, timeout))
         executor.spin_once(timeout_sec=_POLL)
