@@ -51,9 +51,9 @@ def serialize(message: Any, msgtype: str) -> bytes:
     return bytes(typestore().serialize_cdr(message, msgtype, little_endian=True))
 
 
-def new_header(seconds: int, nanoseconds: int) -> Any:
-    """A ``std_msgs/Header`` without frame."""
-    return new_message("std_msgs/msg/Header", new_message("builtin_interfaces/msg/Time", seconds, nanoseconds), "")
+def new_header(seconds: int, nanoseconds: int, frame: str = "") -> Any:
+    """A ``std_msgs/Header``, without frame unless one is given."""
+    return new_message("std_msgs/msg/Header", new_message("builtin_interfaces/msg/Time", seconds, nanoseconds), frame)
 
 
 @dataclass(frozen=True)

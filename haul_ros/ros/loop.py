@@ -45,6 +45,8 @@ class SimulationLoop:
         thread of the request.
     on_end
         Called last in the loop's thread, however it ends.
+    on_state
+        Called in the loop's thread with ``running``, ``paused`` and ``ended`` as it becomes so.
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class SimulationLoop:
         *,
         on_rejected: Callable[[Request, CommandError], None],
         on_end: Callable[[], None],
+        on_state: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.failure: Exception | None = None
         """What ended the loop, if not ``stop``."""
@@ -63,6 +66,7 @@ class SimulationLoop:
         self._real_time_factor = real_time_factor
         self._on_rejected = on_rejected
         self._on_end = on_end
+        self._on_state = on_state
         self._inbox = Inbox(sample_period_ns)
         self._actions: SimpleQueue[tuple[Callable[[], str], Future[str]]] = SimpleQueue()
         self._timing = TimingWindow(monotonic_ns(), run.time_ns)
@@ -130,6 +134,7 @@ class SimulationLoop:
         except Exception as error:
             self.failure = self.failure or error
         self._refuse_what_is_left()
+        self._on_state("ended")
         self._on_end()
 
     def _refuse_what_is_left(self) -> None:
@@ -140,6 +145,7 @@ class SimulationLoop:
 
     def _simulate(self) -> None:
         self._begin()
+        self._tell_state()
         self._report_due_ns = monotonic_ns() + REPORT_PERIOD_NS
         while not self._stopping:
             self._serve_until_due()
@@ -225,7 +231,12 @@ class SimulationLoop:
         if self._paused and not paused:
             self._restart_pace()
         self._paused = paused
-        return self._with_time("paused" if paused else "running")
+        return self._with_time(self._tell_state())
+
+    def _tell_state(self) -> str:
+        state = "paused" if self._paused else "running"
+        self._on_state(state)
+        return state
 
     def _step(self) -> str:
         if not self._paused:

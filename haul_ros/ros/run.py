@@ -6,17 +6,14 @@ import time
 from collections.abc import Callable, Sequence
 
 from haul_ros.errors import CommandError
-from haul_ros.messages.cdr import CLOCK, encode_clock
-from haul_ros.messages.channels import EVENT, Channel
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.ros.diagnostics import RunReport, statuses
 from haul_ros.ros.timing import LoopTiming
+from haul_ros.ros.unrecorded import Unrecorded
 from haul_ros.simulation.session import Session
-
-CLOCK_CHANNEL = Channel("/clock", CLOCK, EVENT._replace(depth=1))
 
 Publish = Callable[[Sequence[Message]], None]
 
@@ -24,9 +21,9 @@ Publish = Callable[[Sequence[Message]], None]
 class TrainRun:
     """A session with its outputs; not thread-safe, the loop owns it.
 
-    Everything that is published but the clock is given to the recorder too, in the same bytes; what the node only
-    receives, and the scenario's own commands, are recorded only. ``recorder`` None: nothing is recorded. With
-    ``publish_clock`` the simulation time goes out ahead of each sample. ``tell`` is called with the end of the
+    Everything that is published but what is ``unrecorded`` is given to the recorder too, in the same bytes; what the
+    node only receives, and the scenario's own commands, are recorded only. ``recorder`` None: nothing is recorded.
+    What is unrecorded, the clock first, goes out ahead of each sample. ``tell`` is called with the end of the
     recording in words.
     """
 
@@ -37,14 +34,14 @@ class TrainRun:
         publish: Publish,
         recorder: McapRecorder | None,
         *,
-        publish_clock: bool = False,
+        unrecorded: Unrecorded | None = None,
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._session = session
         self._encoder = encoder
         self._publish = publish
         self._recorder = recorder
-        self._publish_clock = publish_clock
+        self._unrecorded = unrecorded
         self._tell = tell
         self._accepted = 0
         self._rejected = 0
@@ -134,8 +131,8 @@ class TrainRun:
 
     def _put_log(self, *, last: bool = False) -> None:
         log = self._session.take_log(last=last)
-        if log.sample is not None and self._publish_clock:
-            self._publish([Message(CLOCK_CHANNEL, log.time_ns, encode_clock(log.time_ns))])
+        if log.sample is not None and self._unrecorded:
+            self._publish(self._unrecorded.messages(log.sample))
         if messages := self._encoder.messages(log):
             self._put(messages)
 

@@ -22,8 +22,9 @@ from rclpy.utilities import ok, remove_ros_args
 from std_srvs.srv import SetBool, Trigger
 
 from haul_ros.errors import CommandError, HaulError
+from haul_ros.messages.cdr import encode_string
 from haul_ros.messages.channels import ChannelTable
-from haul_ros.messages.encoder import TelemetryEncoder
+from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.messages.requests import fault_of
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.fault import Fault, FaultKind
@@ -39,9 +40,10 @@ from haul_ros.ros.parameters import NO_RECORDING, ParameterError
 from haul_ros.ros.publishers import Publishers, endpoint
 from haul_ros.ros.recordings import recording_path
 from haul_ros.ros.repeating import repeated
-from haul_ros.ros.run import CLOCK_CHANNEL, TrainRun
+from haul_ros.ros.run import TrainRun
 from haul_ros.ros.settings import NodeSettings
 from haul_ros.ros.signals import EndingSignals
+from haul_ros.ros.unrecorded import Unrecorded, UnrecordedRates, state_channel
 from haul_ros.simulation.session import Session
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
@@ -119,6 +121,7 @@ class TrainNode(Node):
         self._settings = NodeSettings(self)
         scenario = self._settings.scenario
         self._encoder = self._new_encoder(scenario)
+        self._state = state_channel(self.get_fully_qualified_name())
         self._outlet = self._create_publishers()
         self._warned: dict[str, float] = {}
         self._last_reset = -inf
@@ -162,6 +165,7 @@ class TrainNode(Node):
             self._settings.number("real_time_factor"),
             on_rejected=self._warn_rejected,
             on_end=self._on_end,
+            on_state=self._tell_state,
         )
         self._loop.start()
 
@@ -191,6 +195,7 @@ class TrainNode(Node):
         if kernel_is_cached():
             return
         self._log.info(COMPILING)
+        self._tell_state("compiling")
         status = starting(self.get_fully_qualified_name(), scenario.name, COMPILING)
         with repeated(lambda: self._outlet.publish([self._encoder.diagnostics(0, [status])]), _TOLD_AGAIN):
             Session(scenario)
@@ -205,8 +210,21 @@ class TrainNode(Node):
             raise RosError(f"{error}: a recording could not tell them apart") from error
 
     def _create_publishers(self) -> Publishers:
-        clock = [CLOCK_CHANNEL] if self._settings.flag("publish_clock") else []
-        return Publishers(self, [*(channel for channel in self._encoder.channels if not channel.received), *clock])
+        telemetry = (channel for channel in self._encoder.channels if not channel.received)
+        return Publishers(self, [*telemetry, *self._new_unrecorded().channels, self._state])
+
+    def _new_unrecorded(self) -> Unrecorded:
+        number, every_sample = self._settings.number, inf
+        rates = UnrecordedRates(
+            clock=(number("clock_rate") or every_sample) if self._settings.flag("publish_clock") else 0.0,
+            force_image=number("force_image_rate"),
+            train_markers=number("train_markers_rate"),
+        )
+        scenario, name = self._settings.scenario, self.get_fully_qualified_name()
+        return Unrecorded(scenario.consist, name, rates, lambda: number("picture_force"))
+
+    def _tell_state(self, state: str) -> None:
+        self._outlet.publish([Message(self._state, 0, encode_string(state))])
 
     def _subscribe(self) -> None:
         for kind, by_locomotive in self._encoder.channels.commands.items():
@@ -229,7 +247,7 @@ class TrainNode(Node):
             self._encoder,
             self._outlet.publish,
             recorder,
-            publish_clock=self._settings.flag("publish_clock"),
+            unrecorded=self._new_unrecorded(),
             tell=self._tell_of_end,
         )
 

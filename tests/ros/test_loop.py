@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -83,9 +83,10 @@ StartLoop = Callable[..., tuple[SimulationLoop, Ending]]
 def start_loop() -> Iterator[StartLoop]:
     loops = []
 
-    def start(run: Any, real_time_factor: float = 1.0) -> tuple[SimulationLoop, Ending]:
+    def start(run: Any, real_time_factor: float = 1.0, **more: Any) -> tuple[SimulationLoop, Ending]:
         ending = Ending()
-        loop = SimulationLoop(run, PERIOD_NS, real_time_factor, on_rejected=ending.reject, on_end=ending.ended.set)
+        endings: dict[str, Any] = {"on_rejected": ending.reject, "on_end": ending.ended.set}
+        loop = SimulationLoop(run, PERIOD_NS, real_time_factor, **endings, **more)
         loop.start()
         loops.append(loop)
         return loop, ending
@@ -122,6 +123,18 @@ def test_while_paused_only_step_advances_and_each_step_by_one_period(start_loop:
     assert run.time_ns == paused_at + 2 * PERIOD_NS
     loop.pause(False).result(WAIT)
     run.wait_for_time(paused_at + 4 * PERIOD_NS)
+
+
+def test_the_state_is_told_as_it_changes(start_loop: StartLoop) -> None:
+    run, again = LoggingRun(), cast(Any, LoggingRun())
+    states: list[str] = []
+    loop, _ = start_loop(run, on_state=states.append)
+    run.wait_for_time(PERIOD_NS)
+    loop.pause(True).result(WAIT)
+    loop.reset(again).result(WAIT)
+    loop.pause(False).result(WAIT)
+    loop.stop()
+    assert states == ["running", "paused", "running", "ended"]
 
 
 def test_a_step_while_running_is_refused(start_loop: StartLoop) -> None:

@@ -14,6 +14,8 @@ pytest.importorskip("rclpy")
 
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.parameters import parameter_rows
+from haul_ros.ros.unrecorded import Unrecorded, UnrecordedRates, state_channel
+from haul_ros.scenario import load_scenario
 from tests.ros.live_node import TABLE
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +32,9 @@ def test_its_python_runs_and_records(tmp_path: Path) -> None:
 
 
 def test_every_topic_and_service_exists_with_its_type() -> None:
-    types = {channel.topic: channel.msgtype for channel in TABLE}
+    rates = UnrecordedRates(clock=1.0, force_image=1.0, train_markers=1.0)
+    beside = Unrecorded(load_scenario("daqin_1_2_1").consist, TABLE.prefix, rates, lambda: 1e6).channels
+    types = {channel.topic: channel.msgtype for channel in (*TABLE, *beside, state_channel(TABLE.prefix))}
     named = set(re.findall(r"(?<![\w~])/haul/[\w/]+", PAGE)) - {"/haul/couplers:"}
     assert len(named) > 6
     assert named <= types.keys() | SERVICES

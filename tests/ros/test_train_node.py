@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.radio import RadioLinkChange
 from haul_ros.recording.reader import Recording
-from haul_ros.ros.run import CLOCK_CHANNEL
+from haul_ros.ros.unrecorded import CLOCK_CHANNEL
 from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.units import seconds_to_ns
 from tests.empirical import wave_brakes
