@@ -417,7 +417,8 @@ def parameter_rows(slaves: Iterable[str]) -> dict[str, ParameterRow]:
 def _rows_for(names: Iterable[str]) -> dict[str, ParameterRow]:
     """All parameters of a node whose train has the slaves that these names of parameters speak of."""
     parts = (name.split(".") for name in names)
-    return parameter_rows(sorted({part[1] for part in parts if len(part) == 3 and part[0] == "radio"}))
+    of_links = (part[1] for part in parts if len(part) == 3 and part[0] == "radio")
+    return parameter_rows(sorted({slave for slave in of_links if slave.startswith("slave_")}))  # no radio.default
 
 
 def check_given(given: Mapping[str, object]) -> tuple[dict[str, Value], dict[str, str]]:

@@ -130,7 +130,7 @@ def parameters(rng: random.Random, folder: Path) -> Outcome:
     """Parameters of the node, as ROS hands them over."""
     from haul_ros.ros.parameters import check_given, parameter_rows, scenario_overrides, values_in_effect
 
-    names = [*parameter_rows(["slave_1", "slave_2", "slave_9"]), nasty.text(rng)]
+    names = [*parameter_rows(["slave_1", "slave_2", "slave_9", "default", "master"]), nasty.text(rng)]
     values: list[Any] = [nasty.number, nasty.text, lambda r: r.choice((True, False, None, [1, 2], ["a"], b"x", []))]
     given = {rng.choice(names): rng.choice(values)(rng) for _ in range(rng.randint(1, 4))}
     try:

@@ -66,6 +66,8 @@ def test_a_whole_number_is_taken_where_a_decimal_one_is_meant() -> None:
         ("radio.slave_1.fails", "both", r"radio.slave_1.fails = 'both', must be one of none, to_slave, from_slave"),
         ("scenaro", "x", r"parameter scenaro is unknown; did you mean scenario\?"),
         ("radio.slave_1.dely", 1.0, r"parameter radio.slave_1.dely is unknown; did you mean radio.slave_1.delay\?"),
+        ("radio.default.delay", 1.0, r"radio.default.delay is unknown; did you mean radio.slave_1.delay\?"),
+        ("radio.master.delay", 1.0, r"radio.master.delay is unknown; did you mean radio.slave_1.delay\?"),
         ("radio.frequency", 1.0, r"parameter radio.frequency is unknown"),
     ],
 )
