@@ -75,6 +75,10 @@ setup(
             "mypy==2.4.*",
             "import-linter==2.*",
             "colcon-common-extensions>=0.3,<0.4",
+            # the pages; rosdoc2 brings the same three
+            "sphinx>=7.2,<9",
+            "myst-parser>=3,<5",
+            "sphinx-rtd-theme>=2,<4",
         ],
     },
     entry_points={

@@ -27,9 +27,9 @@ PLAN = RecordingPlan(
 )
 
 
-def test_the_readme_the_benchmark_and_the_shipped_parameters_have_the_same_setting() -> None:
-    readme = (ROOT / "README.md").read_text("utf-8")
-    found = re.search(r"--set sample_rate_hz=50 --set '(recording=.*?)' -o descent.mcap", readme, re.S)
+def test_the_page_the_benchmark_and_the_shipped_parameters_have_the_same_setting() -> None:
+    page = (ROOT / "docs/recordings.md").read_text("utf-8")
+    found = re.search(r"--set sample_rate_hz=50 --set '(recording=.*?)' -o descent.mcap", page, re.S)
     assert found is not None
     key, value = parse_override(found[1])
     assert load_scenario("daqin_descent", {"sample_rate_hz": 50, key: value}).recording == PLAN
@@ -53,7 +53,7 @@ def test_the_shipped_parameters_are_of_the_node() -> None:
 @pytest.mark.slow
 @pytest.mark.no_cover
 def test_eight_hours_of_the_descent_stay_below_two_gigabytes() -> None:
-    """The first minute, on level ground and a rise, with traction: README.md has the whole line, within 10 %."""
+    """The first minute, on level ground and a rise, with traction: the page has all of it, within 10 %."""
     sizes = {(size.setting, size.flushed_each_second): size for size in recording_size.measure(61.0)}
     for flushed, whole_line in ((False, 0.73), (True, 0.95)):
         size = sizes[recording_size.DOCUMENTED, flushed]

@@ -1,4 +1,4 @@
-"""Parameter file, page of parameters and README say what the table says."""
+"""Parameter file, page of parameters and that of the node say what the table says."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def test_the_page_has_every_parameter() -> None:
     assert named == [name.replace(".slave_1.", ".<slave>.") for name in ROWS]
 
 
-def test_the_readme_names_every_parameter_and_which_are_read_only() -> None:
-    table = (ROOT / "README.md").read_text("utf-8").split("\n| parameter | | meaning |\n")[1].split("\n\n")[0]
+def test_the_page_of_the_node_names_every_parameter_and_which_are_read_only() -> None:
+    table = (ROOT / "docs/node.md").read_text("utf-8").split("\n| parameter | | meaning |\n")[1].split("\n\n")[0]
     read_only: dict[str, bool] = {}
     for names, mark in re.findall(r"^\| (`.*?) \| (read-only|) ?\|", table, re.M):
         # `radio.<slave>.delay`, `.connected`

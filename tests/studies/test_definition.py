@@ -117,9 +117,9 @@ paper:
     assert found == [(None, 0.025, None), (None, 0.025, None), (600e3, None, None), (700e3, None, 0.5)]
 
 
-def test_the_study_in_the_readme_can_be_run(tmp_path: Path) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
-    text = readme.split("## Studies")[1].split("```yaml\n")[1].split("```")[0]
+def test_the_study_in_the_docs_can_be_run(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs/studies.md").read_text("utf-8")
+    text = page.split("```yaml\n")[1].split("```")[0]
     (tmp_path / "my_study.yaml").write_text(text, "utf-8")
     study = load_study(str(tmp_path / "my_study.yaml"))
     study.check()

@@ -1,4 +1,4 @@
-"""The tables beside the pictures of studies are what the program computes, and the README says what they have."""
+"""The tables beside the pictures of studies are what the program computes, and the page says what they have."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from haul_ros.studies.study import run_study
 from haul_ros.studies.sweep import Axis, Sweep
 
 ROOT = Path(__file__).parents[2]
-README = " ".join((ROOT / "README.md").read_text("utf-8").split())
+PAGE = " ".join((ROOT / "docs/studies.md").read_text("utf-8").split())
 
 SAME = 1e-6
 """Relative, of peaks: other machines round otherwise."""
@@ -80,15 +80,15 @@ def test_the_readme_says_of_the_map_what_its_table_has(effect: Mapping[tuple[str
 
     b, a = lower("paper_set_b"), lower("paper_set_a")
     low, high = min(effect.values()), max(effect.values())
-    assert f"{b} places of brake wave speed and build-up time with the draft gear of set B, {a} with" in README
-    assert f"from {low:.0f} to {high:+.0f} %" in README
+    assert f"{b} places of brake wave speed and build-up time with the draft gear of set B, {a} with" in PAGE
+    assert f"from {low:.0f} to {high:+.0f} %" in PAGE
 
 
 def test_the_readme_says_of_marshalling_and_monte_carlo_what_their_tables_have() -> None:
     combined, quarters, head = peaks(published("marshalling"))
-    assert f"1+2+1 {combined:.0f} kN, 4 x 5000 t {quarters:.0f} kN, 1+1+0 {head:.0f} kN" in README
+    assert f"1+2+1 {combined:.0f} kN, 4 x 5000 t {quarters:.0f} kN, 1+1+0 {head:.0f} kN" in PAGE
     low, median, high = np.quantile(peaks(published("monte-carlo")), (0.05, 0.5, 0.95))
-    assert f"median {median:.0f} kN, 5 to 95 % of the trains {low:.0f} to {high:.0f} kN" in README
+    assert f"median {median:.0f} kN, 5 to 95 % of the trains {low:.0f} to {high:.0f} kN" in PAGE
 
 
 @pytest.mark.slow
