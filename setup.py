@@ -39,7 +39,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
-        (f"{SHARE}/launch", ["launch/train.launch.py"]),
+        (f"{SHARE}/launch", ["launch/train.launch.py", "launch/trains.launch.py"]),
         *config_files(),
     ],
     python_requires=">=3.11",

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NoReturn
 
+_AGAIN = 0.05
+"""Wall time [s] after which a lost KeyboardInterrupt arises once more."""
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -25,3 +30,31 @@ class EndingHandler:
         """Give the signals back to who had them."""
         for number, handler in self._previous.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def no_interrupt_lost() -> Iterator[None]:
+    """Inside the block a KeyboardInterrupt that cannot get out of where it arises does so again a little later.
+
+    Python only prints one that meets a callback of compiled code, as those of the compiler are, and goes on as if
+    nobody had asked for the end. For the main thread; takes SIGALRM.
+    """
+    hook, handler = sys.unraisablehook, signal.signal(signal.SIGALRM, _interrupt)
+
+    def note(lost: sys.UnraisableHookArgs) -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        else:
+            hook(lost)
+
+    sys.unraisablehook = note
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        sys.unraisablehook = hook
+        signal.signal(signal.SIGALRM, handler)
+
+
+def _interrupt(*_: object) -> NoReturn:
+    raise KeyboardInterrupt

@@ -1,7 +1,7 @@
 """Start the live train: ros2 launch haul_ros train.launch.py scenario:=daqin_4x5000."""
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -15,6 +15,17 @@ NODE_PARAMETERS = {
     "publish_clock": (bool, "publish the simulation time on /clock"),
     "use_sim_time": (bool, "let the node's logger and clock follow /clock; the train makes its time itself"),
 }
+
+
+def bag_recorder(context: LaunchContext) -> list[ExecuteProcess]:
+    """Where a folder for it is given, ``ros2 bag record`` of the train's topics, beside the node's own recording."""
+    folder = LaunchConfiguration("bag").perform(context)
+    if not folder:
+        return []
+    parts = (LaunchConfiguration(name).perform(context).strip("/") for name in ("namespace", "node_name"))
+    topics = f"^/{'/'.join(filter(None, parts))}/|^/diagnostics$|^/clock$"
+    command = ["ros2", "bag", "record", "--storage", "mcap", "--output", folder, "--regex", topics]
+    return [ExecuteProcess(cmd=command, name="bag", output="screen")]
 
 
 def train_node(context: LaunchContext) -> list[Node]:
@@ -38,16 +49,20 @@ def train_node(context: LaunchContext) -> list[Node]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Arguments and node."""
+    """Arguments, recorder and node."""
     params_file = PathJoinSubstitution([FindPackageShare("haul_ros"), "config", "train_node.yaml"])
     arguments = [
         DeclareLaunchArgument("namespace", default_value="", description="namespace of the node"),
         DeclareLaunchArgument("node_name", default_value="haul", description="name of the node"),
         DeclareLaunchArgument("params_file", default_value=params_file, description="parameters of the node, YAML"),
         DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
+        DeclareLaunchArgument(
+            "bag", default_value="", description="new folder for ros2 bag record of the train's topics; empty: none"
+        ),
         *(
             DeclareLaunchArgument(name, default_value="", description=f"{text}; empty: as in params_file")
             for name, (_, text) in NODE_PARAMETERS.items()
         ),
     ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=train_node)])
+    # The recorder first: it finds topics as they appear, and nothing of a run is earlier than its latched state
+    return LaunchDescription([*arguments, OpaqueFunction(function=bag_recorder), OpaqueFunction(function=train_node)])

@@ -12,6 +12,7 @@ from pkgutil import resolve_name
 from typing import NoReturn
 
 from haul_ros.cli.commands import COMMANDS
+from haul_ros.ending import no_interrupt_lost
 from haul_ros.errors import HaulError, one_line
 from haul_ros.resources import haul_command
 from haul_ros.version import __version__
@@ -41,7 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         _check_current_folder()
         # Only the module of the command asked for is imported: no numba to read a file, no rclpy but for the node
-        status: int = resolve_name(arguments.execute)(arguments)
+        with no_interrupt_lost():
+            status: int = resolve_name(arguments.execute)(arguments)
         sys.stdout.flush()
     except HaulError as error:
         print(f"haul: {error}", file=sys.stderr)

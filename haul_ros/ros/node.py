@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from haul_ros.ending import no_interrupt_lost
 from haul_ros.errors import HaulError
 from haul_ros.ros.errors import require_ros
 from haul_ros.ros.signals import ending_signals
@@ -21,7 +22,7 @@ def main(args: Sequence[str] | None = None) -> int:
     if asks_for_help(argv[1:]):
         print(usage())
         return 0
-    with ending_signals() as signals:
+    with ending_signals() as signals, no_interrupt_lost():
         try:
             require_ros()
             from haul_ros.ros.train_node import run_node  # needs rclpy
@@ -30,9 +31,9 @@ def main(args: Sequence[str] | None = None) -> int:
         except HaulError as error:
             print(f"train_node: {error}", file=sys.stderr)
             return 2
-        except (KeyboardInterrupt, Exception):
+        except (KeyboardInterrupt, Exception) as error:
             # While it starts a signal interrupts anything, and what is interrupted may fail in its own way
-            if signals.interrupted_start:
+            if signals.interrupted_start or isinstance(error, KeyboardInterrupt):
                 return 0
             raise
 

@@ -72,3 +72,10 @@ def hogs(count: int) -> Iterator[Callable[[], None]]:
             taken.callback(hog.wait)
             taken.callback(hog.kill)
         yield taken.close
+
+
+def handles(process: int, number: int) -> bool:
+    """Whether a process has a handler of its own for a signal."""
+    lines = Path(f"/proc/{process}/status").read_text("ascii").splitlines()
+    (caught,) = (int(line.split()[1], 16) for line in lines if line.startswith("SigCgt"))
+    return bool(caught >> (number - 1) & 1)

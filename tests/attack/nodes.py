@@ -24,7 +24,7 @@ from haul_ros.recording.recovery import recover
 from haul_ros.simulation.pacing import MAX_PERIODS_BEHIND
 from haul_ros.units import NS_PER_S
 from tests.attack.harness import Found, Outcome
-from tests.attack.machine import Idle, hogs
+from tests.attack.machine import Idle, handles, hogs
 from tests.ros.audience import stamp_of
 from tests.ros.live_node import LOCOMOTIVES, TABLE, LiveNode, Observer
 from tests.ros.participants import participant
@@ -83,8 +83,14 @@ class Live:
             self.observer.receive_for(rng.uniform(0.0, 0.3))
 
     def end(self, number: int = signal.SIGTERM, status: int = 0) -> None:
-        """End the node; Found unless it ends as it should, or Fast DDS crashes in the way that is known of it."""
+        """End the node; Found unless it ends as it should, or Fast DDS crashes in the way that is known of it.
+
+        Before Python runs the first line of haul_ros a signal does what it does to any process.
+        """
+        awake = handles(self.node.process.pid, signal.SIGTERM)
         ended = self.node.end(number)
+        if not awake and ended == -number:
+            return
         if ended == -signal.SIGSEGV and _CRASH_OF_FAST_DDS.search(self.node.log):
             print("the middleware crashed while the node was taken apart, which is known (docs/attack.md)", flush=True)
         elif ended != status or "Traceback" in self.node.log:

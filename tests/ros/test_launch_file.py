@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import runpy
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from haul_ros.ros.parameters import parameter_rows
 
 LAUNCH_FILE = Path(__file__).parents[2] / "launch/train.launch.py"
-OF_LAUNCH = {"namespace", "node_name", "params_file", "log_level"}
+OF_LAUNCH = {"namespace", "node_name", "params_file", "log_level", "bag"}
 OF_ROS = {"use_sim_time": "bool"}
 """A parameter of every node."""
 
@@ -39,3 +40,16 @@ def test_every_argument_is_declared_and_described() -> None:
     arguments = {argument.name: argument.description for argument in description.get_launch_arguments()}
     assert arguments.keys() == OF_LAUNCH | parameters_of_the_launch_file().keys()
     assert all(arguments.values())
+
+
+def test_several_trains_are_one_launch_of_the_first_file_each() -> None:
+    pytest.importorskip("launch_ros.actions")
+    sources = pytest.importorskip("launch.launch_description_sources")
+    several = LAUNCH_FILE.with_name("trains.launch.py")
+    description = sources.get_launch_description_from_python_launch_file(str(several))
+    assert [argument.name for argument in description.get_launch_arguments()] == ["trains", "record", "log_level"]
+    module = runpy.run_path(str(several))
+    assert module["namespaces"]("a=daqin_1_2_1, yard/b=my.yaml") == {"a": "daqin_1_2_1", "yard/b": "my.yaml"}
+    for wrong in ("", "a", "a=", "=x", "a=x,a=y", "a=x,"):
+        with pytest.raises(RuntimeError, match="expected NAMESPACE=SCENARIO"):
+            module["namespaces"](wrong)
