@@ -32,8 +32,8 @@ class Exchange:
         With the links.
     locomotives
         Carry out what arrives.
-    chainage
-        Where a locomotive is now [m], by name.
+    place
+        Where a locomotive is now [m], and its speed [m/s], by name.
     air_between_steps
         As for `Telegrams`.
     log
@@ -44,7 +44,7 @@ class Exchange:
         self,
         scenario: Scenario,
         locomotives: Locomotives,
-        chainage: Callable[[str], float],
+        place: Callable[[str], tuple[float, float]],
         *,
         air_between_steps: bool,
         log: list[LogEntry],
@@ -52,10 +52,9 @@ class Exchange:
         self._locomotives = locomotives
         self._log = log
         self._time_step = scenario.time_step
-        self._steps_between_looks = scenario.steps_per_sample
         self._next_look = 0
         self._time = 0.0
-        self._outages = Outages(scenario.radio, MASTER, chainage)
+        self._outages = Outages(scenario.radio, MASTER, place)
         self._outage: dict[str, str] = dict.fromkeys(self._outages.slaves, "")
         self._radio = Radio(scenario.radio, scenario.radio_seed, self._outages.out)
         self._heartbeats = Heartbeats(scenario.radio, self._radio.heartbeat, self._hear)
@@ -141,14 +140,14 @@ class Exchange:
         """Let happen what is due at a time step and its time [s]."""
         self._time = time
         if self._outage and self._next_look <= step:
-            self._next_look = step + self._steps_between_looks
-            self._look()
+            self._look(time + ROUNDING * self._time_step)
+            self._next_look = self._outages.next_look(step, self._time_step)
         self._heartbeats.carry_out_due(time + ROUNDING * self._time_step)
         self._telegrams.carry_out_due(step, time)
 
-    def _look(self) -> None:
+    def _look(self, time: float) -> None:
         for slave, before in self._outage.items():
-            why = self._outages.why(slave, self._time)
+            why = self._outages.why(slave, time)
             if bool(why) != bool(before):
                 text = f"{slave}: radio outage {'begins' if why else 'ends'}: {why or before}"
                 self._note(self._time, text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 from haul_ros.errors import CommandError
@@ -25,7 +26,7 @@ _IN_WORDS = {
 class Faults:
     """Carries faults out; requests and events are handed to ``log``.
 
-    ``plan`` has those by chainage, which happen at a look once the head has come there; None: nothing is planned.
+    ``plan`` has those by chainage, which happen in the time step that brings the head there; None: nothing is planned.
     """
 
     def __init__(self, model: TrainModel, plan: FaultPlan, log: list[LogEntry]) -> None:
@@ -40,6 +41,11 @@ class Faults:
     def waiting(self) -> bool:
         """Whether any is to come when the head has come to its chainage."""
         return bool(self._ahead)
+
+    @property
+    def next_chainage(self) -> float:
+        """Where the next of those is to happen [m]; infinite: none is."""
+        return self._ahead[0][0] if self._ahead else math.inf
 
     def look(self, head: float) -> list[Fault]:
         """Those that are due with the head at a chainage [m]."""

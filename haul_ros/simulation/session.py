@@ -28,6 +28,7 @@ from haul_ros.simulation.exchange import Exchange
 from haul_ros.simulation.faults import Faults
 from haul_ros.simulation.limit_driver import driver_of
 from haul_ros.simulation.locomotives import Locomotives
+from haul_ros.simulation.lookout import steps_to_look
 from haul_ros.simulation.overspeed import Overspeeds
 from haul_ros.simulation.radio import LinkStatus
 from haul_ros.simulation.sensors import SensorBench
@@ -103,7 +104,7 @@ class Session:
         self._exchange = Exchange(
             scenario,
             self._locomotives,
-            self._chainage,
+            self._place,
             air_between_steps=self._model.pneumatic is not None,
             log=self._entries,
         )
@@ -210,8 +211,9 @@ class Session:
         """The radio link to a slave."""
         return self._exchange.link(slave)
 
-    def _chainage(self, locomotive: str) -> float:
-        return self._model.chainage(self._vehicles[locomotive])
+    def _place(self, locomotive: str) -> tuple[float, float]:
+        vehicle = self._vehicles[locomotive]
+        return self._model.chainage(vehicle), float(self._model.speed[vehicle])
 
     def status(self) -> SessionStatus:
         """How the steps went, and the state of the radio links."""
@@ -329,9 +331,11 @@ class Session:
         while self._timed and self._timed[0][0] <= self.step:
             self.request(self._timed.popleft()[1])
         if self._faults.waiting and self._next_fault_look <= self.step:
-            self._next_fault_look = self.step + self.steps_per_sample
-            for fault in self._faults.look(self.scenario.track.start_chainage + self.travelled):
+            head, speed = self.scenario.track.start_chainage + self.travelled, float(self._model.speed[0])
+            for fault in self._faults.look(head):
                 self.request(fault)
+            way = self._faults.next_chainage - head
+            self._next_fault_look = self.step + steps_to_look(way, speed, self.scenario.time_step)
         if self._driver is not None and self._next_look <= self.step:
             self._next_look = self.step + self._steps_between_looks
             for command in self._driver.look(self.time, float(self._model.speed[0]), self._front):

@@ -82,6 +82,37 @@ def test_the_link_is_out_while_master_or_slave_are_in_the_tunnel() -> None:
         assert time == pytest.approx(distance / speed, rel=0.02, abs=2 * PERIOD)
 
 
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_an_outage_begins_and_ends_in_its_time_step_whatever_the_sample_rate(rate: float) -> None:
+    link = RadioLink(outages=((1.013, 1.027), (2.3456, 2.9)))
+    told = [time for time, _ in radio_events(Session(replace(with_link(link), sample_rate=rate)), 3.0)]
+    assert told == [1.013, 1.027, 2.346, 2.9]
+
+
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_a_tunnel_is_seen_in_the_time_step_in_which_a_locomotive_comes_to_it_whatever_the_sample_rate(
+    rate: float,
+) -> None:
+    case = replace(SMALL, initial_speed=20.0, sample_rate=rate)
+    slave = next(loco.vehicle for loco in case.consist.locomotives if loco.name == "slave_2")
+    head = float(Session(case).sample().chainage[0])
+    begin, end = head + 7.3, head + 19.9
+    told = [
+        time
+        for time, _ in radio_events(
+            Session(replace(case, radio=links(slave_2=RadioLink(tunnels=((begin, end),))))), 16.0
+        )
+    ]
+    witness = Session(case)
+    crossed: list[float] = []
+    places = [(0, begin), (0, end), (slave, begin), (slave, end)]
+    while len(crossed) < len(places):
+        vehicle, place = places[len(crossed)]
+        if witness.advance(1).chainage[vehicle] >= place:
+            crossed.append(witness.time)
+    assert told == pytest.approx(crossed, abs=1e-9)
+
+
 def test_what_is_sent_in_the_tunnel_is_lost() -> None:
     head = float(Session(SMALL).sample().chainage[0])
     inside, ahead = (RadioLink(tunnels=((head + a, head + a + 5.0),)) for a in (-1.0, 10.0))

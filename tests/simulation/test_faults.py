@@ -58,9 +58,22 @@ def test_a_planned_fault_happens_whoever_drives_at_its_time_or_where_the_head_co
         session.advance()
     first, second = asked(session)
     assert first == TimedRequest(1_501_000_000, Fault(FaultKind.CLOSE_ANGLE_COCK, 4))
-    # at some 9.98 m/s the head has come 25 m after 2.50 s, which the next look, of every sample period, sees
-    assert 2_500_000_000 <= second.time_ns <= 2_540_000_000
+    # at some 9.98 m/s the head has come 25 m after 2.50 s
+    assert 2_500_000_000 <= second.time_ns <= 2_520_000_000
     assert second.request == Fault(FaultKind.LEAK, 5, 3e-3)
+
+
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_a_fault_by_chainage_happens_in_the_time_step_that_brings_the_head_there_whatever_the_sample_rate(
+    rate: float,
+) -> None:
+    case = scenario({"events": [{"at_m": 23.4, "leak": 5, "bore_mm": 3}]}, sample_rate_hz=rate)
+    witness = Session(case, play_faults=False)
+    while witness.travelled < 23.4:
+        witness.advance(1)
+    session = Session(case)
+    session.advance(4000)
+    assert [fault.time_ns for fault in asked(session)] == [witness.time_ns]
 
 
 def test_a_fault_by_chainage_counts_from_where_the_head_stands_at_the_start() -> None:
