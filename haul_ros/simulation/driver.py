@@ -11,12 +11,15 @@ STEPS = 20
 
 
 class Driver:
-    """Decides at the time steps at which he looks; what he decides depends on nothing but what he was told there."""
+    """Decides at the time steps at which he looks; what he decides depends on nothing but what he was told there.
 
-    def __init__(self, plan: DriverPlan) -> None:
+    ``demand``: where he finds the brake valve, 0 to 1.
+    """
+
+    def __init__(self, plan: DriverPlan, demand: float = 0.0) -> None:
         self._plan = plan
         self._effort = 0
-        self._demand = 0.0
+        self._demand = demand
         self._released = -float("inf")
 
     def look(self, time: float, speed: float, front: float = 0.0) -> list[Command]:
@@ -31,7 +34,7 @@ class Driver:
     def _wanted_demand(self, time: float, speed: float) -> float:
         """Brake demand that he wants, 0 to 1."""
         cyclic = self._plan.cyclic
-        return self._demand if cyclic is None else self._cyclic_demand(cyclic, time, speed)
+        return 0.0 if cyclic is None else self._cyclic_demand(cyclic, time, speed)
 
     def _cyclic_demand(self, cyclic: CyclicBraking, time: float, speed: float) -> float:
         if speed > cyclic.full_service_speed:

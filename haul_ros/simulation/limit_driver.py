@@ -46,8 +46,8 @@ class LimitDriver(Driver):
     by itself.
     """
 
-    def __init__(self, plan: DriverPlan, route: Route) -> None:
-        super().__init__(plan)
+    def __init__(self, plan: DriverPlan, route: Route, demand: float = 0.0) -> None:
+        super().__init__(plan, demand)
         self._route = route
         self._cyclic = plan.cyclic or CyclicBraking(math.inf, 0.0, route.first_demand, RECHARGE, math.inf)
         self._seen = deque[tuple[float, float]]()
@@ -87,7 +87,7 @@ class LimitDriver(Driver):
             gain = self._route.coasting(there, speed) - self._route.electric_deceleration(electric, speed)
         else:  # what the air brake gives he sees only from what it does
             (before, slower), (now, _) = self._seen[0], self._seen[-1]
-            gain = (speed - slower) / (now - before)
+            gain = (speed - slower) / (now - before) if now > before else 0.0
         gain = max(gain, -speed / self._delay)
         return speed + gain * self._delay > self._highest(there)
 
@@ -152,10 +152,10 @@ class LimitDriver(Driver):
         return speed < below and self._stays_below(speed, recharge, self._plan.electric_brake)
 
 
-def driver_of(scenario: Scenario) -> Driver | None:
-    """Who drives a scenario; None: nobody. On a line with limits he keeps them."""
+def driver_of(scenario: Scenario, demand: float = 0.0) -> Driver | None:
+    """Who drives a scenario whose brake valves stand at a demand; None: nobody. On a line with limits he keeps them."""
     if scenario.driver is None:
         return None
     if not scenario.track.speed_limits:
-        return Driver(scenario.driver)
-    return LimitDriver(scenario.driver, Route(scenario))
+        return Driver(scenario.driver, demand)
+    return LimitDriver(scenario.driver, Route(scenario), demand)

@@ -119,7 +119,7 @@ class Session:
         own = [TimedRequest(fault.time_ns, fault.fault) for fault in planned if fault.time_ns is not None]
         own += scenario.commands if play_commands else ()
         timed = sorted([*own, *requests], key=lambda entry: entry.time_ns)
-        self._driver = driver_of(scenario) if play_commands else None
+        self._driver = driver_of(scenario, self._model.initial_demand) if play_commands else None
         self._next_look = self._next_fault_look = 0
         self._timed = deque((self._first_step_at(entry.time_ns), entry.request) for entry in timed)
 

@@ -17,6 +17,7 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.simulation.driver import Driver
 from haul_ros.simulation.session import Session
+from tests.simulation.log_entries import of_kind
 
 CYCLIC = CyclicBraking(18.0, 12.0, 0.1, 100.0, 22.0)
 PLAN = DriverPlan(speed=15.0, traction=200e3, electric_brake=300e3, band=2.0, reaction_time=1.0)
@@ -187,3 +188,21 @@ def test_cyclic_braking_on_10_per_mille_has_the_period_and_peak_of_another_model
         assert np.mean(periods[1:]) == pytest.approx(293.0, rel=0.06)
     assert session.extremes().compression.max() == pytest.approx(peak, rel=0.05)
     assert abs(session.energy().relative_imbalance) < 1e-9
+
+
+@pytest.mark.parametrize("limits", [[], [{"from_m": -1000, "limit_kmh": 80}]])
+@pytest.mark.parametrize(
+    "cyclic", [None, {"apply_above_kmh": 60, "release_below_kmh": 40, "full_service_above_kmh": 70}]
+)
+def test_he_releases_a_brake_that_he_finds_applied_and_then_pulls(
+    limits: list[dict[str, float]], cyclic: dict[str, float] | None
+) -> None:
+    braked = {"brake_pipe_kPa": 430, "auxiliary_reservoir_kPa": 430, "cylinder_kPa": 150}
+    driver = {"speed_kmh": 50, "traction_kN": 400} | ({"cyclic": cyclic} if cyclic else {})
+    changes = {"initial_state": braked, "initial_speed_kmh": 0, "driver": driver, "track": {"speed_limits": limits}}
+    session = Session(scenario(**changes), play_commands=True)
+    session.advance(100_000)
+    applied = [entry.value for entry in of_kind(AppliedBrake, session.take_log()) if entry.locomotive == "master"]
+    assert applied[0] > 0.0
+    assert applied[-1] == 0.0
+    assert session.sample().speed[0] * 3.6 == pytest.approx(50.0, abs=10.0)
