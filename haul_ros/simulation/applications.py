@@ -31,7 +31,8 @@ SETTLED, STUCK = 10.0, 30.0
 """A cylinder that stands for such a time [s] gets no more: the first where the reduction has arrived, the second where
 the pipe stands too and it has not, long after the wave has passed."""
 BETWEEN_NS = 10 * NS_PER_S
-"""Simulation time from one event of a sort to the next in the same application: it then tells of all since."""
+"""Simulation time from one event of a sort to the next in the same application: it then tells of all since, unless the
+application ends before, or the run."""
 
 Flags = NDArray[np.bool_]
 
@@ -49,9 +50,10 @@ class _Sort:
         self.found[:] = self._told[:] = False
         self._due_ns = 0
 
-    def tell(self, time_ns: int, names: Callable[[Iterable[int]], str]) -> list[Event]:
+    def tell(self, time_ns: int, names: Callable[[Iterable[int]], str], *, last: bool = False) -> list[Event]:
+        """What is new, unless it is to wait; the ``last`` time in an application nothing is."""
         new = self.found & ~self._told
-        if not new.any() or time_ns < self._due_ns:
+        if not new.any() or (time_ns < self._due_ns and not last):
             return []
         self._told |= new
         self._due_ns = time_ns + BETWEEN_NS
@@ -85,24 +87,31 @@ class ApplicationWatch:
         self._fallen = _Sort(count, self._words_of_fallen)
         self._short = _Sort(count, self._words_of_short)
         self._leaking = _Sort(count, self._words_of_leaking)
+        self._sorts = (self._fallen, self._short, self._leaking)
 
     def update(self, now: Sample, valves: ValveState) -> list[Event]:
         """Events of a sample that follows the last one."""
         before, self._targets = self._targets, valves.targets
+        ended: list[Event] = []
         if before is None or (valves.targets > before).any():
+            ended = self.rest(now.time_ns)
             self._restart(now.time_ns)
         elif valves.targets.min() < before.min():  # not so a slave that is put, later, to what the master is
+            ended = self.rest(now.time_ns)
             self._begin_anew(now.time_ns)
         if not (valves.targets < self._brake.pressure).any() or now.pipe_pressure is None:
             self._restart(now.time_ns)
-            return []
+            return ended
         self._cylinder, self._pipe = now.cylinder_pressure, now.pipe_pressure
         np.minimum(self._pipe_at_start, self._pipe, out=self._pipe_at_start, where=np.isinf(self._pipe_at_start))
         self._watch_cylinders(valves)
         if not (valves.emergency_commanded or valves.emergency.any()):
             self._watch_what_is_asked(now.time_ns, valves)
-        sorts = (self._fallen, self._short, self._leaking)
-        return [event for sort in sorts for event in sort.tell(now.time_ns, self._names)]
+        return ended + [event for sort in self._sorts for event in sort.tell(now.time_ns, self._names)]
+
+    def rest(self, time_ns: int) -> list[Event]:
+        """What waits to be told with more, where no more is to come: at the end of an application, or of the run."""
+        return [event for sort in self._sorts for event in sort.tell(time_ns, self._names, last=True)]
 
     def _restart(self, time_ns: int) -> None:
         self._lowest[:], self._highest[:], self._pipe_at_start[:] = np.inf, -np.inf, np.inf
@@ -115,7 +124,7 @@ class ApplicationWatch:
 
     def _start_watch(self, time_ns: int) -> None:
         self._since_ns[:] = time_ns
-        for sort in (self._fallen, self._short, self._leaking):
+        for sort in self._sorts:
             sort.restart()
 
     def _watch_cylinders(self, valves: ValveState) -> None:

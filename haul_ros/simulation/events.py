@@ -90,6 +90,10 @@ class EventDetector:
             *self._overspeed(now.sample),
         ]
 
+    def rest(self, time_ns: int) -> list[Event]:
+        """Events that wait for more of their kind, for the end of a run at a time [ns]."""
+        return [] if self._applications is None else self._applications.rest(time_ns)
+
     def _waves(self, before: TrainState, now: TrainState) -> list[Event]:
         old, new = before.brake_targets, now.brake_targets
         return [

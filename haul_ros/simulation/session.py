@@ -233,6 +233,7 @@ class Session:
             sample = self.sample()
             self._entries += self._events.update(self._state(sample))
             self._entries += self._locomotives.changed_efforts(time_ns)
+        self._entries += self._events.rest(time_ns) if last else []
         entries = tuple(sorted(self._entries, key=lambda entry: entry.time_ns))
         self._entries.clear()
         measurement = None if sample is None else self.measurement(sample)

@@ -202,6 +202,31 @@ def test_a_wagon_that_is_cut_out_is_none_that_does_not_hold() -> None:
     assert run(session, 60) == []
 
 
+@pytest.mark.parametrize("end", ["release", "further demand", "end of the run"])
+def test_what_waits_to_be_told_is_told_when_the_application_ends_or_the_run(end: str) -> None:
+    """The pipe falls everywhere within seconds, and those after the first wait for 10 s."""
+    session = faulty({"at_s": 40, "leak": 13, "bore_mm": 3})
+    brake(session, 0.2)
+    while not (first := run(session, 0.2)):
+        assert session.time < 100.0
+    assert run(session, 4) == []
+    if end == "end of the run":
+        entries = session.take_log(last=True).entries
+        more = [entry.text for entry in entries if isinstance(entry, Event) and entry.kind is EventKind.APPLICATION]
+    else:
+        brake(session, 0.0 if end == "release" else 0.9)
+        more = [text for _, text in run(session, 0.2)]
+    told = [number for text in (first[0][1], *more) for number in range(1, 22) if number in mentioned(text)]
+    assert sorted(told) == list(range(1, 22))
+
+
+def mentioned(text: str) -> set[int]:
+    """Numbers of the vehicles that an event names."""
+    names = text.split(": ")[0].split(", ")
+    spans = [[int(number) for number in re.findall(r"vehicle_(\d+)", name)] for name in names]
+    return {number for span in spans for number in range(span[0], span[-1] + 1)}
+
+
 def test_a_leak_of_a_scenario_is_told_where_it_is() -> None:
     session = faulty({"at_s": 40, "leak": 13, "bore_mm": 3})
     brake(session, 0.2)
