@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -43,11 +44,37 @@ commands:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Live nodes are slow to start, and never beside one another: processes share the tests out by file."""
-    for item in items:
-        if "start_node" in getattr(item, "fixturenames", ()):
+    """What takes long comes first, so that processes which share the tests out end at the same time.
+
+    They do so by file, for tests of one share what they have simulated; live nodes share nothing.
+    Lines are measured in quick tests, and in those of the others that reach more.
+    """
+    files_with_slow_ones = set()
+    for number, item in enumerate(items):
+        live = "start_node" in getattr(item, "fixturenames", ())
+        if live:
             item.add_marker("slow")
-        item.add_marker(pytest.mark.xdist_group("ros" if item.path.parent.name == "ros" else item.path.name))
+        if item.get_closest_marker("slow"):
+            files_with_slow_ones.add(item.path)
+            if not item.get_closest_marker("measured"):
+                item.add_marker("no_cover")
+        item.add_marker(pytest.mark.xdist_group(f"live {number}" if live else item.path.name))
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: ("start_node" not in getattr(item, "fixturenames", ()),
+                                     item.path not in files_with_slow_ones))  # fmt: skip
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _signals_that_end() -> Iterator[None]:
+    """They end processes of tests, even where a shell ignores them: behind nohup, or in its background."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGHUP)}
+    if before[signal.SIGINT] is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if before[signal.SIGHUP] is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(autouse=True)

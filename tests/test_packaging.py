@@ -11,6 +11,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import haul_ros
+from tests.waiting import WAIT
 
 ROOT = Path(__file__).parent.parent
 
@@ -51,7 +52,7 @@ def installed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     command += ["--build-base", str(bases / "build"), "--install-base", str(bases / "install")]
     command += [request.param] if request.param else []
     result = subprocess.run(
-        command, cwd=bases, env=_environment(), capture_output=True, text=True, timeout=120, check=False
+        command, cwd=bases, env=_environment(), capture_output=True, text=True, timeout=WAIT, check=False
     )
     assert result.returncode == 0, result.stdout + result.stderr
     return bases / "install" / "haul_ros"
@@ -90,7 +91,7 @@ def test_installed_program_finds_its_scenarios(installed: Path, tmp_path: Path) 
         env=_environment(PYTHONPATH=found),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=WAIT,
         check=False,
     )
     assert result.returncode == 0, result.stderr

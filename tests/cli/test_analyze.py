@@ -10,6 +10,7 @@ import pytest
 
 from haul_ros.analysis import tables
 from haul_ros.cli import analyze as analyze_module
+from tests.waiting import WAIT
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -58,7 +59,7 @@ def test_a_missing_parquet_file_is_explained(recorded: Haul, monkeypatch: pytest
 def test_a_backend_of_matplotlib_that_is_not_there_does_not_matter(recorded: Haul, environment: dict[str, str]) -> None:
     command = [sys.executable, "-m", "haul_ros", "analyze", str(Path("run.mcap").resolve())]
     done = subprocess.run(
-        command, env=environment | {"MPLBACKEND": "nothing"}, capture_output=True, text=True, timeout=120
+        command, env=environment | {"MPLBACKEND": "nothing"}, capture_output=True, text=True, timeout=WAIT
     )
     assert done.returncode == 0, done.stderr
     assert Path("run_analysis/history.png").stat().st_size > 0

@@ -4,22 +4,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from haul_ros.cli.interrupt import interruption
 from haul_ros.recording.reader import Recording
-
-
-@pytest.fixture(autouse=True)
-def python_handles_ctrl_c() -> Iterator[None]:
-    """Even where the tests run in the background of a shell, with SIGINT ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+from tests.waiting import WAIT, wait_until
 
 
 def test_the_first_ctrl_c_is_noted_and_the_second_interrupts() -> None:
@@ -30,7 +21,6 @@ def test_the_first_ctrl_c_is_noted_and_the_second_interrupts() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 @pytest.mark.slow
 def test_a_signal_ends_a_run_whole_and_is_its_exit_status(
@@ -41,11 +31,9 @@ def test_a_signal_ends_a_run_whole_and_is_its_exit_status(
     command = [sys.executable, "-m", "haul_ros", "run", "short.yaml", *endless, "-o", "run.mcap"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     active = tmp_path / "run.mcap.active"
-    until = time.monotonic() + 60.0
-    while not (active.exists() and active.stat().st_size > 2_000_000) and time.monotonic() < until:
-        time.sleep(0.02)
+    wait_until(lambda: active.exists() and active.stat().st_size > 2_000_000, "two megabytes of the recording")
     process.send_signal(number)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=WAIT)
     assert process.returncode == status, err
     assert "still moving" in out
     assert "interrupted at" in err

@@ -12,6 +12,7 @@ from haul_ros import __version__
 from haul_ros.cli import main as main_module
 from haul_ros.cli.commands import COMMANDS
 from haul_ros.cli.main import main
+from tests.waiting import WAIT
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -152,7 +153,7 @@ def test_a_name_that_the_output_cannot_encode_is_escaped(
     (tmp_path / "\u00e9t\u00e9.yaml").write_text(short_train, "utf-8")
     command = [sys.executable, "-m", "haul_ros", "run", "\u00e9t\u00e9.yaml", "--set", "max_duration_s=0.1"]
     ascii_only = environment | {"PYTHONIOENCODING": "ascii"}
-    done = subprocess.run(command, cwd=tmp_path, env=ascii_only, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=tmp_path, env=ascii_only, capture_output=True, text=True, timeout=WAIT)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(r"\xe9t\xe9: ")
 
@@ -162,7 +163,7 @@ def test_a_current_folder_that_is_gone_is_a_mistake_of_one_line(tmp_path: Path, 
     folder.mkdir()
     run = f'rmdir "$PWD"; exec "{sys.executable}" -P -m haul_ros run daqin_1_1_0 -o run.mcap'
     done = subprocess.run(
-        ["/bin/sh", "-c", run], cwd=folder, env=environment, capture_output=True, text=True, timeout=60
+        ["/bin/sh", "-c", run], cwd=folder, env=environment, capture_output=True, text=True, timeout=WAIT
     )
     expected = "haul: the current folder is gone, expected to be started in one that exists\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", expected)

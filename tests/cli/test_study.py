@@ -6,11 +6,12 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+
+from tests.waiting import WAIT, wait_until
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -95,11 +96,9 @@ def test_ctrl_c_keeps_finished_cases_and_the_same_command_goes_on(haul: Haul) ->
         env=os.environ | {"PYTHONPATH": path},
     )  # fmt: skip
     results = Path("out/results.sqlite")
-    until = time.monotonic() + 120
-    while time.monotonic() < until and not _finished(results):
-        time.sleep(0.05)
+    wait_until(lambda: _finished(results) > 0, "the first case")
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=WAIT)
     assert process.returncode == 130
     kept = _finished(results)
     assert 1 <= kept < 801

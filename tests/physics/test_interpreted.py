@@ -20,6 +20,7 @@ from haul_ros.physics.kernel.advance import advance
 from haul_ros.physics.kernel.data import PARTS
 from haul_ros.physics.train_model import TrainModel, WaveKind
 from tests.physics.physics_cases import WAGON_RESISTANCE, brake_system, linear, linear_gear, model, train_of, vehicle
+from tests.waiting import WAIT
 
 PRELOADED = SideCurves(linear(2e7, preload=60e3), linear(5e6, preload=15e3))
 GEARS = (
@@ -85,7 +86,7 @@ def test_the_interpreted_kernel_gives_the_bits_of_the_compiled_one() -> None:
         cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=WAIT,
         check=True,
     )
     assert interpreted.stdout.split() == digests()

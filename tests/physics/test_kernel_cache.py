@@ -12,6 +12,7 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 
 from haul_ros.physics.kernel._cache import SealedCacheFile
+from tests.waiting import WAIT
 
 CALL = """
 import numpy as np
@@ -64,7 +65,6 @@ def test_damaged_files_are_as_good_as_none(tmp_path: Path, kind: str, damage: Ca
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
     (tmp_path / "call.py").write_text(CALL)
 
@@ -73,7 +73,7 @@ def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
         root = Path(__file__).parents[2]
         environment["PYTHONPATH"] = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
         done = subprocess.run(
-            [sys.executable, "call.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
+            [sys.executable, "call.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=WAIT
         )
         assert done.stderr == ""
         return done.stdout.strip()

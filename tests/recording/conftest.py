@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import resource
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
-from haul_ros.recording import run_file
+from haul_ros.recording import run_file, writer
 
 
 @pytest.fixture
@@ -18,16 +17,9 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def wait_until() -> Callable[[Callable[[], bool]], None]:
-    """Wait for a condition that another thread brings about."""
-
-    def wait(condition: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + 30.0
-        while not condition():
-            assert time.monotonic() < deadline, "condition not reached"
-            time.sleep(0.001)
-
-    return wait
+def frequent_flushes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A test does not wait a second for each."""
+    monkeypatch.setattr(writer, "FLUSH_INTERVAL", 0.05)
 
 
 @pytest.fixture

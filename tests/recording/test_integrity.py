@@ -25,6 +25,7 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover, survey
 from haul_ros.recording.writer import McapRecorder
 from tests.recorded import content, forge, sign_summary, summary_section
+from tests.waiting import WAIT
 
 pytestmark = pytest.mark.no_cover
 
@@ -202,7 +203,7 @@ def test_a_small_file_that_expands_to_a_gigabyte_is_refused_in_bounded_memory(
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=WAIT,
     )
     assert "Traceback" not in done.stderr
     if command[0] == "recover":

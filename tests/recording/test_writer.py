@@ -27,8 +27,8 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.run_file import RunFile
 from haul_ros.recording.writer import McapRecorder, RecorderStatus
+from tests.waiting import WAIT, wait_until
 
-Wait = Callable[[Callable[[], bool]], None]
 MakeSample = Callable[[int], Sample]
 
 
@@ -42,7 +42,7 @@ class Gate:
 
         def gated(file: RunFile, message: Message, sequence: int, publish_time_ns: int) -> None:
             self.reached.set()
-            assert self.open.wait(30.0)
+            assert self.open.wait(WAIT)
             add(file, message, sequence, publish_time_ns)
 
         monkeypatch.setattr(RunFile, "add", gated)
@@ -90,16 +90,16 @@ def test_an_exception_in_the_block_keeps_the_data(
 
 
 def test_a_full_queue_drops_and_counts(
-    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: MakeSample, gate: Gate, wait_until: Wait
+    tmp_path: Path, scenario: Scenario, encoder: TelemetryEncoder, make_sample: MakeSample, gate: Gate
 ) -> None:
     with McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, queue_limit=4) as recorder:
         recorder.put(encoder.sample(make_sample(0)), 0)
-        assert gate.reached.wait(30.0)  # the thread holds the first, so the queue takes four more
+        assert gate.reached.wait(WAIT)  # the thread holds the first, so the queue takes four more
         for step in range(1, 7):
             recorder.put(encoder.sample(make_sample(step)), step)
         assert recorder.status.dropped == 6
         gate.open.set()
-        wait_until(lambda: recorder.status.written == 15)
+        wait_until(lambda: recorder.status.written == 15, "what is queued to be written")
         recorder.put(encoder.sample(make_sample(7)), 7)
     assert (recorder.status.written, recorder.status.dropped) == (18, 6)
     sequences = [m.sequence for topic, m in messages_of(recorder.path) if topic == "/haul/couplers"]
@@ -120,10 +120,10 @@ def test_a_blocking_recorder_waits_and_loses_nothing(
 
     caller = threading.Thread(target=run)
     caller.start()
-    assert gate.reached.wait(30.0)
+    assert gate.reached.wait(WAIT)
     assert caller.is_alive()
     gate.open.set()
-    caller.join(30.0)
+    caller.join(WAIT)
     assert not caller.is_alive()
     assert len(messages_of(tmp_path / "run.mcap")) == 30
 
@@ -135,13 +135,12 @@ def test_a_full_disk_is_reported_when_closing_and_does_not_disturb_before(
     scenario: Scenario,
     encoder: TelemetryEncoder,
     when_full: Literal["drop", "block"],
-    wait_until: Wait,
 ) -> None:
     channel = encoder.channels.real_time_factor
     recorder = McapRecorder(tmp_path / "run.mcap", scenario, encoder.channels, when_full=when_full, queue_limit=100)
     for _ in range(20):
         recorder.put([Message(channel, 0, os.urandom(20_000))], 0)
-    wait_until(lambda: recorder.status.failure is not None)
+    wait_until(lambda: recorder.status.failure is not None, "the failure")
     for _ in range(200):  # more than the queue holds: it must be emptied all the same
         recorder.put([encoder.real_time_factor(0, 1.0)], 0)
     with pytest.raises(RecordingError, match=r"run\.mcap: recording failed: File too large; .* is in .*\.active"):

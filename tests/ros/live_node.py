@@ -23,9 +23,7 @@ import haul_ros
 from haul_ros.messages.channels import Channel, ChannelTable, channel_table
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.ros.publishers import endpoint
-
-WAIT = 120.0
-"""Longest wait [s] for anything; only a failing test waits for so long."""
+from tests.waiting import WAIT
 
 LOCOMOTIVES = ("master", "slave_1", "slave_2", "slave_3")
 TABLE = channel_table(LOCOMOTIVES)
@@ -83,7 +81,7 @@ class LiveNode:
         """End the process, whatever happened."""
         self.process.terminate()
         try:
-            self.process.wait(10.0)
+            self.process.wait(WAIT)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
@@ -146,12 +144,16 @@ class Observer:
         self._node.create_subscription(message_type, topic, received.append, qos)
         return received
 
-    def publish_on(self, topic: str, channel: Channel, value: float) -> None:
-        """Publish a number on a topic of another name than its channel's, once a node has subscribed there."""
+    def publish_on(self, topic: str, channel: Channel, value: float, latched: Channel) -> None:
+        """Publish a number on a topic of another name than its channel's, once the node knows this publisher.
+
+        Which it does before a subscription of something ``latched`` that is made later.
+        """
         message_type, _, qos = endpoint(channel)
         publisher = self._node.create_publisher(message_type, topic, qos)
+        heard = self.watch(latched)
+        self.wait_until(lambda: bool(heard), f"a message from the node of {topic}")
         self.wait_until(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
-        self.receive_for(1.0)  # the node has to know this publisher too
         message = message_type()
         message.data = value
         publisher.publish(message)
@@ -174,8 +176,8 @@ class Observer:
         }
         return {act: [name for name, _ in names] for act, names in found.items()}
 
-    def send(self, locomotive: str, kind: CommandKind, value: float | bool, table: ChannelTable = TABLE) -> None:
-        """Publish a command, once the node knows its publisher (which it does before a subscription made later)."""
+    def get_ready_to_send(self, locomotive: str, kind: CommandKind, table: ChannelTable = TABLE) -> Any:
+        """The publisher of a command, once the node knows it (which it does before a subscription made later)."""
         message_type, topic, qos = endpoint(table.commands[kind][locomotive])
         if topic not in self._publishers:
             self._publishers[topic] = self._node.create_publisher(message_type, topic, qos)
@@ -183,7 +185,12 @@ class Observer:
             self.wait_until(lambda: bool(heard), f"a message from the node of {topic}")
         publisher = self._publishers[topic]
         self.wait_until(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
-        message = message_type()
+        return publisher
+
+    def send(self, locomotive: str, kind: CommandKind, value: float | bool, table: ChannelTable = TABLE) -> None:
+        """Publish a command, once the node knows its publisher."""
+        publisher = self.get_ready_to_send(locomotive, kind, table)
+        message = endpoint(table.commands[kind][locomotive])[0]()
         message.data = value
         publisher.publish(message)
 

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from tests.waiting import WAIT
+
 
 @contextmanager
 def participant(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
@@ -29,4 +31,4 @@ def participant(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes
 def end_participant(process: subprocess.Popen[bytes]) -> bytes:
     """End one with SIGTERM; what it has printed meanwhile."""
     process.terminate()
-    return process.communicate(timeout=30.0)[0]
+    return process.communicate(timeout=WAIT)[0]

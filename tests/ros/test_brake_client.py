@@ -14,7 +14,8 @@ from haul_ros.errors import CommandError
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.recording.reader import Recording
 from haul_ros.ros.brake_client import publish_command
-from tests.ros.live_node import TABLE, WAIT, brake
+from tests.ros.live_node import TABLE, brake
+from tests.waiting import WAIT
 
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
@@ -36,6 +37,7 @@ def test_commands_arrive_at_the_node_in_their_order(start_node: Callable[..., Li
         assert tuple(command for _, command in recording.commands()) == commands
 
 
+@pytest.mark.measured
 def test_an_unknown_locomotive_is_refused_with_those_that_exist(start_node: Callable[..., LiveNode]) -> None:
     start_node(record_path="none")
     expected = "no locomotive slave_7 at node /haul, which has master, slave_1, slave_2, slave_3"

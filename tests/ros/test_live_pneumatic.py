@@ -23,11 +23,10 @@ if TYPE_CHECKING:
 PNEUMATIC = channel_table(LOCOMOTIVES, pneumatic=True)
 
 
-@pytest.mark.no_cover
 def test_a_live_pneumatic_train_brakes_tells_its_pressures_and_is_repeated_exactly(
     start_node: Callable[..., LiveNode], observer: Observer
 ) -> None:
-    node = start_node(scenario="daqin_1_2_1_pneumatic", record_path="run.mcap")
+    node = start_node(scenario="daqin_1_2_1_pneumatic", record_path="run.mcap", real_time_factor=4.0)
     couplers = Couplers(observer)
     pipe_channel, auxiliary_channel = PNEUMATIC.pressures[1:]
     pipe, auxiliary = observer.watch_typed(pipe_channel), observer.watch_typed(auxiliary_channel)
@@ -62,7 +61,7 @@ def test_a_live_pneumatic_train_brakes_tells_its_pressures_and_is_repeated_exact
 def test_faults_over_topics_happen_are_recorded_and_repeated_and_impossible_ones_warn_once(
     start_node: Callable[..., LiveNode], observer: Observer
 ) -> None:
-    node = start_node(scenario="daqin_1_2_1_pneumatic", record_path="run.mcap")
+    node = start_node(scenario="daqin_1_2_1_pneumatic", record_path="run.mcap", real_time_factor=4.0)
     Couplers(observer).wait_for_time(0)
     pipe, events = observer.watch_typed(PNEUMATIC.pressures[1]), observer.watch_typed(PNEUMATIC.events)
     reports = observer.watch_typed(PNEUMATIC.diagnostics)

@@ -27,7 +27,6 @@ SENSORS = (
 )
 
 
-@pytest.mark.no_cover
 def test_what_is_recorded_is_every_tenth_of_what_is_published_rounded_alike(
     start_node: Callable[..., LiveNode], observer: Observer, scenario_with_sensors: str
 ) -> None:
@@ -35,6 +34,7 @@ def test_what_is_recorded_is_every_tenth_of_what_is_published_rounded_alike(
         scenario=scenario_with_sensors,
         record_path="run.mcap",
         publish_rate=100.0,
+        real_time_factor=3.0,
         record_rate=10,
         **{"rounding.coupler_force": 100.0, "rounding.speed": 0.001, "rounding.pressure": 128.0},
     )

@@ -27,8 +27,6 @@ from tests.ros.live_node import TABLE
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
 
-pytestmark = pytest.mark.no_cover  # other tests reach the same lines of the node
-
 COMMANDS = {
     channel.topic: (locomotive, kind)
     for kind, by_locomotive in TABLE.commands.items()

@@ -14,13 +14,13 @@ from haul_ros.model.radio import RadioLinkChange
 from haul_ros.model.request import Request
 from haul_ros.ros.loop import LoopError, SimulationLoop
 from haul_ros.ros.timing import LoopTiming
+from tests.waiting import WAIT
 
 PERIOD_NS = 20_000_000
 BRAKE = Command("master", CommandKind.BRAKE, 0.5)
 WRONG = Command("master", CommandKind.EMERGENCY, 0.0)
 LATE = RadioLinkChange("slave_1", delay=2.0, jitter=0.5)
 CUT = RadioLinkChange("slave_1", connected=False)
-WAIT = 30.0
 
 
 class LoggingRun:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +21,7 @@ from haul_ros.recording.reader import Recording
 from haul_ros.ros.node import main
 from haul_ros.ros.signals import EndingSignals
 from tests.ros.live_node import TABLE, Couplers
+from tests.waiting import WAIT
 
 if TYPE_CHECKING:
     from tests.ros.live_node import LiveNode, Observer
@@ -115,7 +117,6 @@ def test_without_a_middleware_the_message_says_what_to_install(
 
 
 @pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
-@pytest.mark.no_cover
 def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
     start_node: StartNode, observer: Observer, signal_number: int
 ) -> None:
@@ -131,7 +132,6 @@ def test_a_signal_ends_the_node_with_status_0_and_a_whole_recording(
         assert recording.couplers().time_ns[-1] >= couplers.time_ns
 
 
-@pytest.mark.no_cover
 def test_many_signals_while_it_ends_do_no_harm(start_node: StartNode, observer: Observer) -> None:
     node = start_node(record_path="run.mcap")
     Couplers(observer).wait_for_time(0)
@@ -142,6 +142,7 @@ def test_many_signals_while_it_ends_do_no_harm(start_node: StartNode, observer: 
         assert recording.info().complete
 
 
+@pytest.mark.measured
 def test_without_room_for_the_recording_the_train_runs_on_and_the_node_ends_with_status_1(
     start_node: StartNode, observer: Observer
 ) -> None:
@@ -211,7 +212,7 @@ def test_a_signal_before_ros_runs_ends_the_node_even_if_its_interruption_is_lost
 ) -> None:
     # Code called from C, of ROS or of an import, may let no exception out
     code = INTERRUPTED.format(name=name, lost=lost)
-    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=WAIT)
     assert (ended.returncode, "Traceback" in ended.stderr) == (0, False), ended.stderr
 
 
@@ -246,7 +247,6 @@ INSTANTS = int(os.environ.get("HAUL_INSTANTS", "4"))
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_at_whatever_instant_of_the_start_a_signal_comes_the_node_ends_with_status_0_and_no_word(
     tmp_path: Path,
 ) -> None:
@@ -254,7 +254,7 @@ def test_at_whatever_instant_of_the_start_a_signal_comes_the_node_ends_with_stat
 
     def run(instant: int, name: str) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-c", AT_AN_INSTANT, str(instant), name]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60.0)
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=WAIT)
 
     calls = int(run(0, "SIGTERM").stdout)
     assert calls > 10_000
@@ -275,7 +275,8 @@ def test_the_end_of_a_recording_and_a_reset_are_logged_and_files_are_named_when_
     node = start_node(reset_interval=0.0)
     couplers = Couplers(observer)
     couplers.wait_for_time(10**9)
-    observer.receive_for(1.5)  # so that the second recording begins in another second
+    second = int(time.time())
+    observer.wait_until(lambda: int(time.time()) > second, "another second, which names the second recording")
     assert observer.pause().success
     assert observer.reset().success
     assert observer.step().message == "stepped at 0.020 s"
@@ -297,13 +298,15 @@ def test_the_end_of_a_recording_and_a_reset_are_logged_and_files_are_named_when_
 
 
 COMPILES = """
-import time
+import os, time
 from haul_ros.ros import train_node
 
 class Compiled(train_node.Session):
     def __init__(self, *arguments, **more):
         if not hasattr(Compiled, "waited"):
-            Compiled.waited = time.sleep(5.0)
+            Compiled.waited = True
+            while not os.path.exists("compiled"):
+                time.sleep(0.01)
         super().__init__(*arguments, **more)
 
 train_node.Session = Compiled
@@ -311,9 +314,12 @@ train_node.kernel_is_cached = lambda: False
 """
 
 
+@pytest.mark.measured
 def test_while_the_model_is_compiled_the_diagnostics_say_so(start_node: StartNode, observer: Observer) -> None:
-    start_node(record_path="none", prelude=COMPILES)
+    node = start_node(record_path="none", prelude=COMPILES)
     reports = observer.watch_typed(TABLE.diagnostics)
+    observer.wait_until(lambda: len(reports) >= 2, "two reports of a model that is being compiled")
+    (node.folder / "compiled").touch()
     observer.wait_until(lambda: any(len(report.status) > 1 for report in reports), "a report of the train")
     told = [report.status for report in reports if len(report.status) == 1]
     assert len(told) >= 2

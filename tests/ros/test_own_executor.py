@@ -50,11 +50,8 @@ def test_two_trains_in_one_executor_are_braked_recorded_and_stopped(
     for number, name in enumerate(trains, 1):
         table = channel_table(LOCOMOTIVES, f"/{name}/haul")
         applied[name] = observer.watch_typed(table.applied_brake["master"])
-        observer.publish_on(
-            table.commands[CommandKind.BRAKE]["master"].topic,
-            table.commands[CommandKind.BRAKE]["master"],
-            number / 4,
-        )
+        command = table.commands[CommandKind.BRAKE]["master"]
+        observer.publish_on(command.topic, command, number / 4, table.applied_brake["master"])
     while not all(messages and messages[-1].data for messages in applied.values()):
         executor.spin_once(timeout_sec=0.05)
         observer.receive_for(0.05)

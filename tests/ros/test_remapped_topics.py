@@ -36,7 +36,8 @@ def test_remapped_topics_are_published_taken_recorded_and_replayed_under_their_n
     reports = observer.watch_on("/fleet/diagnostics", REMAPPED.diagnostics)
     applied = observer.watch_typed(REMAPPED.applied_brake["master"])
     observer.wait_until(lambda: all((couplers, reports, applied)), "the remapped topics")
-    observer.publish_on("/desk/brake", REMAPPED.commands[CommandKind.BRAKE]["master"], 0.5)
+    command, latched = REMAPPED.commands[CommandKind.BRAKE]["master"], REMAPPED.applied_brake["master"]
+    observer.publish_on("/desk/brake", command, 0.5, latched)
     observer.wait_until(lambda: applied[-1].data == 0.5, "the command")
     assert node.end() == 0
     with Recording(node.folder / "run.mcap") as recording:

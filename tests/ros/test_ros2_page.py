@@ -17,6 +17,7 @@ from haul_ros.ros.parameters import parameter_rows
 from haul_ros.ros.unrecorded import Unrecorded, UnrecordedRates, state_channel
 from haul_ros.scenario import load_scenario
 from tests.ros.live_node import TABLE
+from tests.waiting import WAIT
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/ros2.md").read_text("utf-8")
@@ -25,7 +26,7 @@ SERVICES = {"/haul/pause", "/haul/step", "/haul/reset"}
 
 def test_its_python_runs_and_records(tmp_path: Path) -> None:
     (code,) = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=300.0)
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=WAIT)
     with Recording(tmp_path / "own.mcap") as recording:
         assert recording.info().complete
         assert recording.channels.prefix == "/train_a/haul"

@@ -210,6 +210,7 @@ def test_jitter_and_loss_set_while_running_act_on_the_next_command_and_are_publi
     assert 0 < times[1] - sent_ns <= 2 * SECOND
 
 
+@pytest.mark.measured
 def test_parameters_that_cannot_be_set_keep_their_value_and_say_why(start_node: StartNode, observer: Observer) -> None:
     start_node(record_path="none", dt=0.0005, real_time_factor=0)
     assert observer.parameter("dt").double_value == 0.0005
@@ -234,6 +235,7 @@ def test_a_changed_real_time_factor_acts_at_once(start_node: StartNode, observer
     couplers.wait_for_time(5 * SECOND)
 
 
+@pytest.mark.measured
 def test_pause_holds_the_time_step_advances_one_period_and_running_goes_on(
     start_node: StartNode, observer: Observer
 ) -> None:
@@ -254,6 +256,7 @@ def test_pause_holds_the_time_step_advances_one_period_and_running_goes_on(
     couplers.wait_for_time(couplers.time_ns + 5 * PERIOD)
 
 
+@pytest.mark.measured
 def test_a_reset_starts_again_without_the_emergency_and_with_a_new_recording(
     start_node: StartNode, observer: Observer
 ) -> None:
@@ -284,7 +287,6 @@ def test_a_reset_starts_again_without_the_emergency_and_with_a_new_recording(
     assert extremes.time_ns == PERIOD
 
 
-@pytest.mark.no_cover
 def test_resets_cannot_fill_a_disk(start_node: StartNode, observer: Observer) -> None:
     node = start_node(record_path="run.mcap", reset_interval=3600.0, max_recordings=3)
     Couplers(observer).wait_for_time(PERIOD)
@@ -301,14 +303,16 @@ def test_resets_cannot_fill_a_disk(start_node: StartNode, observer: Observer) ->
     assert len(list(node.folder.iterdir())) == 3
 
 
-@pytest.mark.no_cover
+@pytest.mark.measured
 def test_a_second_node_of_the_same_name_is_told_of(start_node: StartNode, observer: Observer) -> None:
-    nodes = [start_node(record_path="none") for _ in range(2)]
+    often = "from haul_ros.ros import train_node; train_node._NAMESAKES_PERIOD = 0.5"
+    nodes = [start_node(record_path="none", prelude=often) for _ in range(2)]
     observer.wait_until(
         lambda: any("another node /haul is running" in node.log for node in nodes), "a warning of a second node"
     )
 
 
+@pytest.mark.measured
 def test_commands_that_cannot_be_change_nothing_are_counted_and_logged(
     start_node: StartNode, observer: Observer
 ) -> None:

@@ -120,7 +120,6 @@ def thinned(name: str, **kept: tuple[int, ...]) -> list[CaseResult]:
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_a_longer_train_releases_when_applied_too_soon_and_a_later_or_deeper_application_does_not() -> None:
     """Tests on a rack of 200 valves: longer trains likelier, a deeper or a later second application avoids it."""
     short, long = thinned("unintended-release", of=(0, 2), application=(1,))
@@ -133,7 +132,6 @@ def test_a_longer_train_releases_when_applied_too_soon_and_a_later_or_deeper_app
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_more_electric_brake_is_worse_and_a_higher_speed_at_release_better_while_reservoirs_recover() -> None:
     """Railway Sciences 4(2); where they do not, a shorter cycle releases unasked and is worse."""
     found = thinned("release-speed", release_below_kmh=(0, 1), electric_brake_kN=(1, 2))
@@ -146,7 +144,6 @@ def test_more_electric_brake_is_worse_and_a_higher_speed_at_release_better_while
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_a_slave_that_does_not_hear_of_the_release_is_worse_than_one_that_hears_of_nothing() -> None:
     """It holds its part of the train braked while the head pulls away."""
     never, releasing, both = thinned("radio-outage", out=(0, 2, 3), reduction=(0,))
@@ -154,7 +151,6 @@ def test_a_slave_that_does_not_hear_of_the_release_is_worse_than_one_that_hears_
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_a_hose_that_parts_stops_the_train_wherever_it_is() -> None:
     for found in thinned("burst-hose", vehicle=(0, 4, 8), initial_speed_kmh=(2,)):
         assert np.isfinite(found.stop_time)

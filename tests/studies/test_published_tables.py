@@ -92,7 +92,6 @@ def test_the_readme_says_of_marshalling_and_monte_carlo_what_their_tables_have()
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_corners_of_the_map_are_those_of_the_table(
     tmp_path: Path, effect: Mapping[tuple[str, float, float], float]
 ) -> None:
@@ -110,7 +109,6 @@ def test_corners_of_the_map_are_those_of_the_table(
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_marshalling_and_the_first_samples_are_those_of_the_tables(tmp_path: Path) -> None:
     run_study(load_study("marshalling"), tmp_path, local_pool)
     assert peaks(table(tmp_path / "marshalling.csv")) == pytest.approx(peaks(published("marshalling")), rel=SAME)
