@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
+import os
 import sqlite3
 import subprocess
 import sys
-import time
 import zipfile
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -22,42 +24,85 @@ from haul_ros.scenario import load_scenario
 from haul_ros.studies.case import CaseResult, key, simulate
 from haul_ros.studies.store import ResultStore
 from tests.ros.domain import own_domain
+from tests.waiting import WAIT
 
 pytestmark = pytest.mark.no_cover
 
 MEMORY = 2 * 2**30
 """Bytes of address space, of which the libraries take some 600 MB."""
-LONGEST = 60.0
-"""Wall time [s] that an attack may take, on a machine with other work."""
+LONGEST = 30
+"""Processor time [s] that an attack may take; what waits without end is ended by an alarm."""
 RUN = """
-import resource, sys
-resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-from MODULE import main
-sys.exit(main(sys.argv[1:]))
-""".replace("MEMORY", str(MEMORY))
+import importlib, json, os, resource, signal, sys
+from haul_ros.cli import study
+from haul_ros.cli.main import main
+from haul_ros.simulation.session import Session
+
+for line in sys.stdin:  # a process for each, which has nothing left to import
+    module, folder, environment, errors, arguments = json.loads(line)
+    if not (child := os.fork()):
+        os.chdir(folder)
+        os.environ.update(environment)
+        os.dup2(os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
+        signal.alarm(WAIT)
+        sys.exit(importlib.import_module(module).main(arguments))
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+for name, value in {"MEMORY": MEMORY, "LONGEST": LONGEST, "WAIT": int(WAIT)}.items():
+    RUN = RUN.replace(name, str(value))
 
 
-def run(folder: Path, *arguments: str, module: str = "haul_ros.cli.main") -> tuple[int, list[str]]:
-    """Exit status and the lines on standard error, without those that rcl prints by itself."""
-    done = subprocess.run(
-        [sys.executable, "-c", RUN.replace("MODULE", module), *arguments],
-        cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False,
-    )  # fmt: skip
-    lines = [line for line in done.stderr.splitlines() if "[rcl]" not in line and "compiling the model" not in line]
-    return done.returncode, lines
+@pytest.fixture(scope="module")
+def parent() -> Iterator[subprocess.Popen[str]]:
+    """Of the processes that are attacked."""
+    environment = {name: value for name, value in os.environ.items() if name != "COVERAGE_PROCESS_CONFIG"}
+    with subprocess.Popen(
+        [sys.executable, "-c", RUN], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield process
+        assert process.stdin is not None
+        process.stdin.close()
+
+
+class Attacked:
+    """Programs of haul_ros in a folder, with little memory and time."""
+
+    def __init__(self, parent: subprocess.Popen[str], folder: Path, errors: Path) -> None:
+        self._parent = parent
+        self._folder = folder
+        self._errors = errors
+
+    def run(self, *arguments: str, module: str = "haul_ros.cli.main") -> tuple[int, list[str]]:
+        """Exit status and the lines on standard error, without those that rcl prints by itself."""
+        assert self._parent.stdin is not None
+        assert self._parent.stdout is not None
+        asked = [module, str(self._folder), own_domain(), str(self._errors), arguments]
+        self._parent.stdin.write(f"{json.dumps(asked)}\n")
+        self._parent.stdin.flush()
+        status = int(self._parent.stdout.readline())
+        lines = self._errors.read_text("utf-8").splitlines()
+        return status, [line for line in lines if "[rcl]" not in line and "compiling the model" not in line]
+
+    def refused(self, *arguments: str, module: str = "haul_ros.cli.main") -> str:
+        """The one line of a refusal."""
+        status, lines = self.run(*arguments, module=module)
+        assert (status, len(lines)) == (2, 1), lines[-5:]
+        assert len(lines[0]) < 2000
+        return lines[0]
+
+
+@pytest.fixture
+def attacked(parent: subprocess.Popen[str], tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Attacked:
+    """What is attacked runs in ``tmp_path``."""
+    return Attacked(parent, tmp_path, tmp_path_factory.mktemp("errors") / "errors")
 
 
 def brief(value: object) -> str:
     """Name of a case: pytest hands it to every process that is started."""
     return str(value)[:40]
-
-
-def refused(folder: Path, *arguments: str, module: str = "haul_ros.cli.main") -> str:
-    """The one line of a refusal."""
-    status, lines = run(folder, *arguments, module=module)
-    assert (status, len(lines)) == (2, 1), lines[-5:]
-    assert len(lines[0]) < 2000
-    return lines[0]
 
 
 SHORT = "coupler: paper_set_b\nbrakes: paper_set_b\ninitial_speed_kmh: 80\nmax_duration_s: 0.05\n"
@@ -84,13 +129,15 @@ def scenarios() -> dict[str, tuple[str, str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", scenarios())
-def test_a_scenario_at_its_bounds_runs_or_is_refused_in_bounded_memory(name: str, tmp_path: Path) -> None:
+def test_a_scenario_at_its_bounds_runs_or_is_refused_in_bounded_memory(
+    name: str, tmp_path: Path, attacked: Attacked
+) -> None:
     text, expected = scenarios()[name]
     (tmp_path / "case.yaml").write_text(text)
     if expected:
-        assert expected in refused(tmp_path, "run", "case.yaml", "--quiet")
+        assert expected in attacked.refused("run", "case.yaml", "--quiet")
     else:
-        assert run(tmp_path, "run", "case.yaml", "--quiet") == (0, [])
+        assert attacked.run("run", "case.yaml", "--quiet") == (0, [])
 
 
 SWEEP = ("study", "sweep", "--scenario", "daqin_1_1_0", "--quiet", "-o", "out")
@@ -110,8 +157,10 @@ SWEEP = ("study", "sweep", "--scenario", "daqin_1_1_0", "--quiet", "-o", "out")
     ],
     ids=brief,
 )  # fmt: skip
-def test_a_sweep_at_its_bounds_is_refused_in_bounded_memory(words: list[str], expected: str, tmp_path: Path) -> None:
-    assert expected in refused(tmp_path, *SWEEP, *words)
+def test_a_sweep_at_its_bounds_is_refused_in_bounded_memory(
+    words: list[str], expected: str, tmp_path: Path, attacked: Attacked
+) -> None:
+    assert expected in attacked.refused(*SWEEP, *words)
     assert not list(tmp_path.iterdir())
 
 
@@ -125,9 +174,11 @@ def test_a_sweep_at_its_bounds_is_refused_in_bounded_memory(words: list[str], ex
     ],
     ids=brief,
 )
-def test_a_study_file_at_its_bounds_is_refused_in_bounded_memory(text: str, expected: str, tmp_path: Path) -> None:
+def test_a_study_file_at_its_bounds_is_refused_in_bounded_memory(
+    text: str, expected: str, tmp_path: Path, attacked: Attacked
+) -> None:
     (tmp_path / "case.yaml").write_text(f"scenario: daqin_1_1_0\n{text}\n")
-    assert expected in refused(tmp_path, "study", "case.yaml", "-o", "out", "--quiet")
+    assert expected in attacked.refused("study", "case.yaml", "-o", "out", "--quiet")
 
 
 @pytest.mark.parametrize(
@@ -142,9 +193,9 @@ def test_a_study_file_at_its_bounds_is_refused_in_bounded_memory(text: str, expe
     ids=brief,
 )
 def test_a_value_of_the_command_line_at_its_bounds_is_refused_in_bounded_memory(
-    value: str, expected: str, tmp_path: Path
+    value: str, expected: str, tmp_path: Path, attacked: Attacked
 ) -> None:
-    status, lines = run(tmp_path, "run", "daqin_1_1_0", "--set", value, "--set", "max_duration_s=0.05", "--quiet")
+    status, lines = attacked.run("run", "daqin_1_1_0", "--set", value, "--set", "max_duration_s=0.05", "--quiet")
     if value.startswith("description") and not expected:
         assert (status, lines) == (0, [])
     else:
@@ -170,19 +221,17 @@ HEAD = "/**:\n  ros__parameters:\n"
     ids=brief,
 )
 def test_a_parameter_file_at_its_bounds_is_refused_in_bounded_memory(
-    text: str, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    text: str, expected: str, tmp_path: Path, attacked: Attacked
 ) -> None:
-    for name, setting in own_domain().items():
-        monkeypatch.setenv(name, setting)
     (tmp_path / "p.yaml").write_text(text)
     arguments = ("--ros-args", "--params-file", "p.yaml", "-p", "record_path:=none")
-    assert expected in refused(tmp_path, *arguments, module="haul_ros.ros.node")
+    assert expected in attacked.refused(*arguments, module="haul_ros.ros.node")
 
 
 @pytest.mark.skipif(not find_spec("rclpy"), reason="needs rclpy")
 @pytest.mark.parametrize("name", ["/dev/zero", "missing.yaml", "."])
-def test_a_parameter_file_without_end_or_that_is_none_is_refused(name: str, tmp_path: Path) -> None:
-    told = refused(tmp_path, "--ros-args", "--params-file", name, module="haul_ros.ros.node")
+def test_a_parameter_file_without_end_or_that_is_none_is_refused(name: str, tmp_path: Path, attacked: Attacked) -> None:
+    told = attacked.refused("--ros-args", "--params-file", name, module="haul_ros.ros.node")
     assert told.startswith(f"train_node: {name}: parameter file cannot be read: ")
 
 
@@ -204,26 +253,26 @@ NEVER = f"DELETE FROM results WHERE 0 < ({ENDLESS} SELECT count(*) FROM n)"
     ],
     ids=["name", "view", "trigger"],
 )  # fmt: skip
-def test_stored_results_that_are_too_large_or_without_end_are_refused(statements: list[str], tmp_path: Path) -> None:
+def test_stored_results_that_are_too_large_or_without_end_are_refused(
+    statements: list[str], tmp_path: Path, attacked: Attacked
+) -> None:
     (tmp_path / "out").mkdir()
     with sqlite3.connect(tmp_path / "out" / "results.sqlite") as database:
         for statement in statements:
             database.execute(statement, {"key": key(load_scenario("daqin_1_1_0", CASE))} if ":key" in statement else {})
     database.close()
-    began = time.monotonic()
-    assert "not usable as results of studies" in refused(tmp_path, *STUDY)
-    assert time.monotonic() - began < LONGEST / 2
+    assert "not usable as results of studies" in attacked.refused(*STUDY)
 
 
 @pytest.mark.slow
-def test_a_stored_result_that_is_too_large_is_computed_again(tmp_path: Path) -> None:
+def test_a_stored_result_that_is_too_large_is_computed_again(tmp_path: Path, attacked: Attacked) -> None:
     (tmp_path / "out").mkdir()
     with sqlite3.connect(tmp_path / "out" / "results.sqlite") as database:
         database.execute(TABLE)
         values = (key(load_scenario("daqin_1_1_0", CASE)),)
         database.execute("INSERT INTO results VALUES (?, 'a', zeroblob(800000000))", values)
     database.close()
-    status, lines = run(tmp_path, *STUDY)
+    status, lines = attacked.run(*STUDY)
     assert (status, len(lines)) == (0, 1)
     assert "computed again" in lines[0]
 
@@ -249,7 +298,7 @@ def misshapen() -> bytes:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("forge", [bomb, misshapen])
-def test_a_forged_result_is_computed_again(forge: object, tmp_path: Path) -> None:
+def test_a_forged_result_is_computed_again(forge: object, tmp_path: Path, attacked: Attacked) -> None:
     assert callable(forge)
     case, data = key(load_scenario("daqin_1_1_0", CASE)), forge()
     (tmp_path / "out").mkdir()
@@ -258,5 +307,5 @@ def test_a_forged_result_is_computed_again(forge: object, tmp_path: Path) -> Non
             "INSERT INTO results VALUES (?, 'a', ?)", (case, hashlib.sha256(case.encode() + data).digest() + data)
         )
         store._database.commit()
-    status, lines = run(tmp_path, *STUDY)
+    status, lines = attacked.run(*STUDY)
     assert (status, sum("computed again" in line for line in lines)) == (0, 1), lines
