@@ -65,7 +65,7 @@ setup(
         "test": [
             *PARQUET,
             *CLUSTER,
-            "pytest>=8,<9.2",  # with 9.2 pytest-xdist 3.8 takes no notice of groups: live nodes would run side by side
+            "pytest>=8,<9.2",  # with 9.2 pytest-xdist 3.8 takes no notice of groups: files would be torn apart
             "pytest-cov>=7,<8",
             "pytest-xdist>=3.6,<4",
             "hypothesis>=6.100,<7",

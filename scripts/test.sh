@@ -12,10 +12,12 @@ if [ $# -gt 0 ]; then
     check
     exec python -m pytest "$@"
 fi
-check & # while one core checks, the other one compiles the model for all tests
-python -m haul_ros run daqin_1_1_0 --set max_duration_s=1 --quiet
-coverage erase
 # Compiled code leaves no trace: tests of short trains show what lines of the kernel are run
-NUMBA_DISABLE_JIT=1 coverage run -m pytest -q -m interpreted tests/physics tests/simulation || [ $? -eq 5 ]
+interpreted() {
+    NUMBA_DISABLE_JIT=1 coverage run -m pytest -q -m interpreted tests/physics tests/simulation
+}
+coverage erase
+(check && interpreted) & # on one core, while the other one compiles the model for all tests
+python -m haul_ros run daqin_1_1_0 --set max_duration_s=1 --quiet
 wait $!
-exec python -m pytest -n 2 --dist loadgroup --cov --cov-append --cov-report=term
+exec python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder --cov --cov-append --cov-report=term
