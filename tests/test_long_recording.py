@@ -51,7 +51,6 @@ def test_the_shipped_parameters_are_of_the_node() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_eight_hours_of_the_descent_stay_below_two_gigabytes() -> None:
     """The first minute, on level ground and a rise, with traction: the page has all of it, within 10 %."""
     sizes = {(size.setting, size.flushed_each_second): size for size in recording_size.measure(61.0)}

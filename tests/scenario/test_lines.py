@@ -230,6 +230,7 @@ def test_a_file_that_is_none_is_told(load: Load, tmp_path: Path, file: str, expe
     assert expected in _refusal(load, file)
 
 
+@pytest.mark.no_cover
 def test_a_scenario_too_large_to_be_read_again_is_refused(load: Load, write: Write) -> None:
     write("line.csv", HEAD + "".join(f"{n},{n % 7},,\n" for n in range(MOST_CHANGES)))
     few, many = ([{"at_s": n, "locomotive": "master", "brake": 0.5} for n in range(count)] for count in (3000, 4000))
