@@ -12,6 +12,7 @@ VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_t
 
 # Of what counts its versions by the calendar or four times a year, the newest that was tried.
 PARQUET = ["pyarrow>=15,<27"]
+FATIGUE = ["rainflow>=3.2,<4"]
 CLUSTER = ["dask>=2024.5,<2027", "distributed>=2024.5,<2027"]
 
 
@@ -60,10 +61,12 @@ setup(
         # The real rclpy, for machines without a ROS installation (Linux x86_64, Python 3.11 to 3.13).
         "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1,<8", "ros-jazzy-common-interfaces>=5.3,<6"],
         "parquet": PARQUET,
+        "fatigue": FATIGUE,
         "studies": PARQUET,
         "cluster": CLUSTER,
         "test": [
             *PARQUET,
+            *FATIGUE,
             *CLUSTER,
             "pytest>=8,<9.2",  # with 9.2 pytest-xdist 3.8 takes no notice of groups: files would be torn apart
             "pytest-cov>=7,<8",
