@@ -76,7 +76,7 @@ class MotionRecorder:
     def add(self, time: FloatArray, chainage: FloatArray, speed: FloatArray) -> None:
         """The next samples: ``time`` (m,) [s], ``chainage`` [m] and ``speed`` [m/s] (m, n_vehicles)."""
         columns = speed[:, 0].copy(), speed[:, -1].copy(), speed.mean(axis=1), chainage[:, 0].copy()
-        stands: NDArray[np.bool_] = ~speed.any(axis=1)
+        stands = ~np.asarray(speed.any(axis=1))
         self._pieces.append((time, *columns, stands))
 
     def motion(self) -> Motion:

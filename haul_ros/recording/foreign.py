@@ -7,16 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.reader import SeekingReader
+from mcap.writer import MCAP0_MAGIC
 
 from haul_ros.messages.channels import JOINT_STATE
 from haul_ros.recording.info import TopicInfo
 from haul_ros.recording.integrity import check_chunks, check_data, check_summary
-from haul_ros.recording.opening import open_finished, reading
+from haul_ros.recording.opening import open_existing, open_finished, reading
 from haul_ros.recording.run_file import RECORD_NAME
 from haul_ros.units import NS_PER_S
 
 _OWN_LIBRARY = "haul_ros "
 _COUPLERS = "/couplers"
+_LONGEST_HEADER = 256
+"""Bytes from the start of a file in which its header names its library."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,20 @@ class ForeignRecording:
     def duration(self) -> float:
         """From the first to the last message [s]."""
         return (self.end_ns - self.start_ns) / NS_PER_S
+
+
+def is_own(path: Path) -> bool:
+    """Whether a file is a finished recording of haul_ros, as far as its ends tell.
+
+    Raises
+    ------
+    RecordingError
+        There is no such file.
+    """
+    with open_existing(path) as stream, reading(path):
+        head = stream.read(_LONGEST_HEADER)
+        stream.seek(max(0, os.fstat(stream.fileno()).st_size - len(MCAP0_MAGIC)))
+        return head.startswith(MCAP0_MAGIC) and _OWN_LIBRARY.encode() in head and stream.read() == MCAP0_MAGIC
 
 
 def foreign_recording(path: Path) -> ForeignRecording | None:

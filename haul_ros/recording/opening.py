@@ -36,7 +36,7 @@ def open_finished(path: Path) -> BinaryIO:
     RecordingError
         It cannot be read, is no MCAP file, or does not end as one.
     """
-    stream = _open(path)
+    stream = open_existing(path)
     try:
         with reading(path):
             head, tail = _ends(stream)
@@ -55,7 +55,8 @@ def another_kind(head: bytes) -> str:
     return f"{'not an MCAP file' if head else 'empty'}, expected a recording of haul_ros"
 
 
-def _open(path: Path) -> BinaryIO:
+def open_existing(path: Path) -> BinaryIO:
+    """Open a file; RecordingError: there is none, which says so of an unfinished one of its name."""
     try:
         return open_file(path)
     except FileNotFoundError:

@@ -10,7 +10,7 @@ from io import BytesIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, Message
+from mcap.records import Channel, Chunk, ChunkIndex, Message, Schema
 from mcap.stream_reader import get_chunk_data_stream
 
 MOST_IN_CHUNK = 200_000
@@ -30,8 +30,8 @@ def chunk_data(chunk: Chunk) -> bytes:
     return data.read(length)
 
 
-def chunk_records(data: bytes) -> Iterator[Channel | Message]:
-    """Channels and messages in the records of a chunk.
+def chunk_records(data: bytes) -> Iterator[Schema | Channel | Message]:
+    """Schemas, channels and messages in the records of a chunk.
 
     Raises
     ------
@@ -62,6 +62,8 @@ def chunk_records(data: bytes) -> Iterator[Channel | Message]:
             )
         elif opcode == Opcode.CHANNEL:
             yield Channel.read(ReadDataStream(BytesIO(data[begin:place])))
+        elif opcode == Opcode.SCHEMA:
+            yield Schema.read(ReadDataStream(BytesIO(data[begin:place])))
 
 
 def read_chunk(file: int, index: ChunkIndex) -> Chunk:

@@ -183,6 +183,12 @@ class Recording:
         """How many messages a channel has."""
         return self._topics.count(channel.topic)
 
+    def names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Of couplers and of vehicles, as in the samples; empty where there are none."""
+        with self._border():
+            couplers, vehicles = (self._joint_codec(c).names for c in (self.channels.couplers, self.channels.vehicles))
+            return couplers, vehicles
+
     def couplers(self) -> CouplerSeries:
         """Stroke, stroke rate and force of every coupler."""
         with self._border():
