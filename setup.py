@@ -13,6 +13,7 @@ VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_t
 # Of what counts its versions by the calendar or four times a year, the newest that was tried.
 PARQUET = ["pyarrow>=15,<27"]
 FATIGUE = ["rainflow>=3.2,<4"]
+VIEW = ["tornado>=6.4,<7"]
 CLUSTER = ["dask>=2024.5,<2027", "distributed>=2024.5,<2027"]
 
 
@@ -36,7 +37,7 @@ setup(
     maintainer_email="maintainers@haul-ros.example",
     license="Apache-2.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed"], f"{NAME}.page": ["static/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -64,7 +65,9 @@ setup(
         "fatigue": FATIGUE,
         "studies": PARQUET,
         "cluster": CLUSTER,
+        "view": VIEW,
         "test": [
+            *VIEW,
             *PARQUET,
             *FATIGUE,
             *CLUSTER,
@@ -74,6 +77,7 @@ setup(
             "hypothesis>=6.100,<7",
             "scipy>=1.11,<2",
             "mcap-ros2-support>=0.5.5,<1",
+            "playwright>=1.45,<2",
             "ruff==0.17.*",
             "mypy==2.4.*",
             "import-linter==2.*",

@@ -44,3 +44,20 @@ def create_file(path: Path) -> BinaryIO:
         if error.errno == errno.ELOOP:
             raise OSError(errno.ELOOP, "is a link, expected a file or nothing", str(path)) from error
         raise
+
+
+def write_new_file(path: Path, data: bytes) -> None:
+    """Write a new file whole, or leave none.
+
+    Raises
+    ------
+    OSError
+        It cannot be made or written, or there is something of its name.
+    """
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666), "wb") as file:
+        try:
+            file.write(data)
+            file.flush()
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise

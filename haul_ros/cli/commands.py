@@ -43,6 +43,12 @@ def _analyze(parser: ArgumentParser) -> None:
     _json(parser, "the summary")
 
 
+def _report(parser: ArgumentParser) -> None:
+    _file(parser)
+    _output(parser, "FILE.html", "the new file, default: <FILE's name>.html")
+    _json(parser)
+
+
 def _study(parser: ArgumentParser) -> None:
     parser.add_argument(
         "study",
@@ -147,6 +153,12 @@ COMMANDS = (
         "peaks per coupler as tables and figures, from a recording",
         "haul_ros.cli.analyze:analyze",
         _analyze,
+    ),
+    Subcommand(
+        "report",
+        "one page to look at a recording in a browser: forces, profile, brakes, events, peaks; one file, offline",
+        "haul_ros.cli.report:report",
+        _report,
     ),
     Subcommand(
         "study",

@@ -1,0 +1,166 @@
+// Chips of chosen couplers, events and tables of peaks.
+
+import { styleColour } from "./colours.js";
+import { byId, element, seconds } from "./dom.js";
+
+const MOST_EVENTS = 500; // lines shown
+
+export class Chips {
+  constructor(view) {
+    this.view = view;
+    byId("add-coupler").max = view.run.couplers.length;
+    byId("add-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      view.choose(byId("add-coupler").valueAsNumber - 1);
+      byId("add-coupler").value = "";
+    });
+    view.add((changed) => {
+      if (changed.has("chosen") || changed.has("theme")) this.draw();
+    });
+    this.draw();
+  }
+
+  draw() {
+    const chips = this.view.chosen.map((row, k) => {
+      const name = this.view.run.couplers[row];
+      const chip = element("button", { class: "chip", type: "button", title: "remove", "aria-label": `remove ${name}`, onclick: () => this.view.drop(row) }, `${row + 1} ×`);
+      chip.style.setProperty("--colour", styleColour(`line-${k + 1}`));
+      return chip;
+    });
+    byId("chips").replaceChildren(...chips);
+  }
+}
+
+export class Events {
+  constructor(view) {
+    this.view = view;
+    this.drawn = -1;
+    this.filter = byId("event-filter");
+    this.filter.addEventListener("change", () => this.draw());
+    view.add((changed) => {
+      if (changed.has("data") && this.drawn !== view.run.events.length) this.draw();
+      if (changed.has("cursor")) this.point();
+    });
+    this.draw();
+  }
+
+  draw() {
+    const { run } = this.view;
+    this.drawn = run.events.length;
+    const kinds = [...new Set(run.events.map(({ kind }) => kind))].sort();
+    const chosen = this.filter.value;
+    this.filter.replaceChildren(element("option", { value: "" }, "all"), ...kinds.map((kind) => element("option", { value: kind }, kind.replaceAll("_", " "))));
+    this.filter.value = kinds.includes(chosen) ? chosen : "";
+    const wanted = run.events.filter(({ kind }) => !this.filter.value || kind === this.filter.value);
+    // Live the newest come first, and of a long run not all are shown
+    const shown = this.view.live ? wanted.slice(-MOST_EVENTS).reverse() : wanted.slice(0, MOST_EVENTS);
+    const rows = shown.map((found) => {
+      const row = element(
+        "button",
+        { type: "button", class: "event", title: found.text, onclick: () => this.go(found) },
+        element("time", {}, seconds(found.time, 3)),
+        element("span", { class: "kind" }, found.kind.replaceAll("_", " ")),
+        element("span", {}, found.text),
+      );
+      row.dataset.time = found.time;
+      return element("li", {}, row);
+    });
+    if (wanted.length > shown.length) rows.push(element("li", { class: "note" }, `and ${wanted.length - shown.length} more`));
+    if (!rows.length) rows.push(element("li", { class: "note" }, "none"));
+    byId("events").replaceChildren(...rows);
+    this.point();
+  }
+
+  point() {
+    for (const row of byId("events").querySelectorAll(".event")) {
+      row.classList.toggle("near", Math.abs(Number(row.dataset.time) - this.view.cursor) < 0.25);
+    }
+  }
+
+  // To its time, and to the coupler that it begins with.
+  go({ time, text }) {
+    this.view.look(time);
+    const row = this.view.run.couplers.findIndex((name) => text.startsWith(`${name}:`) || text.startsWith(`${name} `));
+    if (row >= 0) this.view.choose(row);
+  }
+}
+
+const COLUMNS = [
+  { title: "coupler", value: (peaks, row) => row + 1, digits: 0 },
+  { title: "compression kN", value: (peaks, row) => peaks.compression[row], digits: 1 },
+  { title: "at s", value: (peaks, row) => (peaks.compression[row] > 0 ? peaks.compression_time[row] : Number.NaN), digits: 3 },
+  { title: "tension kN", value: (peaks, row) => peaks.tension[row], digits: 1 },
+  { title: "at s", value: (peaks, row) => (peaks.tension[row] > 0 ? peaks.tension_time[row] : Number.NaN), digits: 3 },
+  { title: "stroke in mm", value: (peaks, row) => peaks.compression_stroke[row], digits: 2 },
+  { title: "out mm", value: (peaks, row) => peaks.tension_stroke[row], digits: 2 },
+];
+
+export class Peaks {
+  constructor(view) {
+    this.view = view;
+    this.order = { column: 1, falling: true };
+    this.drawn = null;
+    view.add((changed) => {
+      if (changed.has("data") && this.drawn !== view.run.peaks) this.draw();
+    });
+    this.draw();
+  }
+
+  sortBy(column) {
+    const falling = column === this.order.column ? !this.order.falling : column !== 0;
+    this.order = { column, falling };
+    this.draw();
+  }
+
+  draw() {
+    const { view, order } = this;
+    const { peaks, couplers, vehicles } = view.run;
+    this.drawn = peaks;
+    const heads = COLUMNS.map(({ title }, k) => {
+      const sorted = k === order.column ? (order.falling ? "descending" : "ascending") : false;
+      return element("th", { scope: "col", "aria-sort": sorted }, element("button", { type: "button", onclick: () => this.sortBy(k) }, title));
+    });
+    byId("peaks-head").replaceChildren(element("tr", {}, ...heads));
+    if (!peaks) return byId("peaks-body").replaceChildren();
+    const key = (row) => COLUMNS[order.column].value(peaks, row);
+    const sign = order.falling ? -1 : 1;
+    const rows = couplers.map((_, row) => row).sort((a, b) => sign * ((key(a) || 0) - (key(b) || 0)) || a - b);
+    return byId("peaks-body").replaceChildren(
+      ...rows.map((row) => {
+        const cells = COLUMNS.map(({ value, digits }, k) => {
+          const found = value(peaks, row);
+          return element("td", {}, Number.isFinite(found) ? found.toFixed(digits) : "–");
+        });
+        return element("tr", { title: `${couplers[row]}, between ${vehicles[row]} and ${vehicles[row + 1]}`, onclick: () => this.go(row) }, ...cells);
+      }),
+    );
+  }
+
+  go(row) {
+    const { peaks } = this.view.run;
+    this.view.choose(row);
+    const compressed = peaks.compression[row] >= peaks.tension[row];
+    this.view.look((compressed ? peaks.compression_time : peaks.tension_time)[row]);
+  }
+}
+
+// When commands reached the slaves.
+export class Arrivals {
+  constructor(view, map) {
+    view.add((changed) => {
+      if (!changed.has("data")) return;
+      const rows = map.arrivals.slice(-200).map(({ name, sent, arrived }) =>
+        element("tr", { onclick: () => view.look(arrived) }, ...[name, sent.toFixed(3), arrived.toFixed(3), (arrived - sent).toFixed(3)].map((text) => element("td", {}, text))),
+      );
+      byId("arrivals-body").replaceChildren(...rows);
+      byId("arrivals").hidden = !rows.length;
+    });
+  }
+}
+
+// Figures of the whole run, each a label, a value and where or when.
+export function showSummary(items) {
+  byId("summary").replaceChildren(
+    ...items.map(({ label, value, more }) => element("div", { class: "figure" }, element("span", {}, label), element("b", {}, value), element("small", {}, more ?? ""))),
+  );
+}
