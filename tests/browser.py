@@ -18,16 +18,16 @@ _NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
 @contextmanager
-def headless_browser() -> Iterator[Browser]:
+def headless_browser(*arguments: str) -> Iterator[Browser]:
     """Chromium of the system; where there is none the test is skipped, but not where CI says that there has to be."""
     found = next(filter(None, map(shutil.which, _NAMES)), None)
     if found is None:
         assert not os.environ.get("CI"), "no chromium, which .ci/run has to install"
         pytest.skip("needs a browser: apt install chromium")
     # Its sandbox does not work as root
-    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []
+    sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=arguments)
+        browser = playwright.chromium.launch(executable_path=found, args=[*sandbox, *arguments])
         yield browser
         browser.close()
 

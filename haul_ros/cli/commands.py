@@ -116,6 +116,14 @@ def _brake(parser: ArgumentParser) -> None:
     parser.add_argument("--node", metavar="NAME", default="/haul", help="full name of the node, default: /haul")
 
 
+def _view(parser: ArgumentParser) -> None:
+    parser.add_argument("--drive", action="store_true", help="with a driver's desk; without it the page only looks")
+    parser.add_argument(
+        "--node", metavar="NAME", help="full name of the node, such as /train_a/haul, default: the one that is found"
+    )
+    parser.add_argument("--port", metavar="N", type=int, default=0, help="of 127.0.0.1, default: any that is free")
+
+
 def _file(parser: ArgumentParser, help_text: str | None = None) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help=help_text)
 
@@ -187,5 +195,12 @@ COMMANDS = (
         epilog="Anything from --ros-args on is handed to the node as it is.",
     ),
     Subcommand("brake", "send one brake command to the live node (needs ROS 2)", "haul_ros.cli.ros:brake", _brake),
+    Subcommand(
+        "view",
+        "the page of haul report live, in a browser on this machine (needs ROS 2)",
+        "haul_ros.cli.view:view",
+        _view,
+        epilog="It prints an address with a token: who has it may look, and drive with --drive.",
+    ),
 )
 """In the order of the help. A new command is a row here, its arguments above, and the module that carries it out."""

@@ -66,9 +66,9 @@ def report_contents(recording: Recording) -> dict[str, object]:
 
 
 def train(
-    couplers: Sequence[str], vehicles: Sequence[str], locomotives: Mapping[str, int], *, pneumatic: bool
+    couplers: Sequence[str], vehicles: Sequence[str], locomotives: Mapping[str, int | None], *, pneumatic: bool
 ) -> dict[str, object]:
-    """The train as the page knows it; ``locomotives`` are indices of vehicles by name."""
+    """The train as the page knows it; ``locomotives`` are indices of vehicles by name, None: not known."""
     return {
         "couplers": list(couplers),
         "vehicles": list(vehicles),

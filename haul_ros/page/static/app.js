@@ -34,6 +34,7 @@ export function show(run, live) {
 // The couplers of the largest forces are those to look at first.
 function firstChoice(view, { compression, tension }) {
   const place = (values) => values.indexOf(Math.max(...values));
+  if (!compression.length) return;
   view.choose(place(tension));
   view.choose(place(compression));
   view.setCursor(view.run.peaks.compression_time[place(compression)]);

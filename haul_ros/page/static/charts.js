@@ -212,7 +212,7 @@ export class ProfileChart extends Chart {
     const { ctx, bbox } = u;
     ctx.save();
     ctx.fillStyle = styleColour("grid");
-    for (const { vehicle } of run.locomotives) {
+    for (const { vehicle } of run.located) {
       const x = u.valToPos(vehicle + (shown.names === run.vehicles ? 1 : 0.5), "x", true);
       ctx.fillRect(x - 1.5 * devicePixelRatio, bbox.top, 3 * devicePixelRatio, bbox.height);
     }

@@ -53,10 +53,10 @@ export function brakeFronts(pressure, time, count) {
 
 // Commands and when they took effect at the slaves: [sent, from vehicle, arrived, to vehicle] in seconds.
 export function radioArrivals(run) {
-  const vehicle = Object.fromEntries(run.locomotives.map((locomotive) => [locomotive.name, locomotive.vehicle]));
+  const vehicle = Object.fromEntries(run.located.map((locomotive) => [locomotive.name, locomotive.vehicle]));
   const found = [];
-  for (const { name } of run.locomotives) {
-    if (name === "master") continue;
+  for (const { name } of run.located) {
+    if (name === "master" || !("master" in vehicle)) continue;
     const asked = run.commands.filter(
       ({ kind, locomotive }) => (kind === "brake" || kind === "emergency") && (locomotive === "master" || locomotive === name),
     );

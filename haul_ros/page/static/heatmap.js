@@ -70,7 +70,7 @@ export class HeatMap {
     const { rows, data } = shown;
     const width = Math.round(this.width * this.ratio);
     Object.assign(this.image, { width, height: rows });
-    if (!run.count) return;
+    if (!run.count || !rows) return;
     const context = this.image.getContext("2d");
     const image = context.createImageData(width, rows);
     const target = new Uint32Array(image.data.buffer);
@@ -156,14 +156,14 @@ export class HeatMap {
     }
     context.textAlign = "right";
     context.textBaseline = "middle";
-    const taken = view.run.locomotives.map(({ vehicle }) => this.vehicleY(vehicle));
+    const taken = view.run.located.map(({ vehicle }) => this.vehicleY(vehicle));
     for (const row of ticks(1, view.shown.rows, this.height, 46).found) {
       const y = TOP + ((row - 0.5) / view.shown.rows) * this.height;
       if (row >= 1 && taken.every((other) => Math.abs(other - y) > 12)) context.fillText(row.toFixed(0), LEFT - 9, y);
     }
     context.fillStyle = styleColour("text");
     let above = Number.NEGATIVE_INFINITY;
-    for (const { name, vehicle } of view.run.locomotives) {
+    for (const { name, vehicle } of view.run.located) {
       const y = this.vehicleY(vehicle);
       context.fillRect(LEFT - 6, y - 1.5, 5, 3);
       if (y - above > 11) context.fillText(name.replace("_", " "), LEFT - 9, y);
@@ -220,7 +220,7 @@ export class HeatMap {
     for (const { direction, points } of this.fronts) this.path(points, direction > 0 ? [] : [7, 4], 1.3);
     for (const { sent, from, arrived, to } of this.arrivals) this.path([[sent, from], [arrived, to]], [2, 3], 1.3);
     for (const { arrived, to } of this.arrivals) this.mark(arrived, to, "arrival");
-    const vehicle = Object.fromEntries(run.locomotives.map((locomotive) => [locomotive.name, locomotive.vehicle]));
+    const vehicle = Object.fromEntries(run.located.map((locomotive) => [locomotive.name, locomotive.vehicle]));
     for (const { time, locomotive } of run.commands) if (locomotive in vehicle) this.mark(time, vehicle[locomotive], "command");
   }
 

@@ -98,6 +98,11 @@ export class Run {
     for (const quantity of this.all()) quantity.clear();
   }
 
+  // Locomotives whose place in the train is known.
+  get located() {
+    return this.locomotives.filter(({ vehicle }) => vehicle !== null);
+  }
+
   all() {
     return [...Object.values(this.quantities), this.speed];
   }

@@ -38,7 +38,7 @@ export class Events {
     this.filter = byId("event-filter");
     this.filter.addEventListener("change", () => this.draw());
     view.add((changed) => {
-      if (changed.has("data") && this.drawn !== view.run.events.length) this.draw();
+      if (changed.has("data") && this.drawn !== view.run.events.length + view.run.events.at(-1)?.time) this.draw();
       if (changed.has("cursor")) this.point();
     });
     this.draw();
@@ -46,7 +46,7 @@ export class Events {
 
   draw() {
     const { run } = this.view;
-    this.drawn = run.events.length;
+    this.drawn = run.events.length + run.events.at(-1)?.time;
     const kinds = [...new Set(run.events.map(({ kind }) => kind))].sort();
     const chosen = this.filter.value;
     this.filter.replaceChildren(element("option", { value: "" }, "all"), ...kinds.map((kind) => element("option", { value: kind }, kind.replaceAll("_", " "))));
@@ -87,11 +87,11 @@ export class Events {
 
 const COLUMNS = [
   { title: "coupler", value: (peaks, row) => row + 1, digits: 0 },
-  { title: "compression kN", value: (peaks, row) => peaks.compression[row], digits: 1 },
+  { title: "buff kN", value: (peaks, row) => peaks.compression[row], digits: 1 },
   { title: "at s", value: (peaks, row) => (peaks.compression[row] > 0 ? peaks.compression_time[row] : Number.NaN), digits: 3 },
-  { title: "tension kN", value: (peaks, row) => peaks.tension[row], digits: 1 },
+  { title: "draft kN", value: (peaks, row) => peaks.tension[row], digits: 1 },
   { title: "at s", value: (peaks, row) => (peaks.tension[row] > 0 ? peaks.tension_time[row] : Number.NaN), digits: 3 },
-  { title: "stroke in mm", value: (peaks, row) => peaks.compression_stroke[row], digits: 2 },
+  { title: "in mm", value: (peaks, row) => peaks.compression_stroke[row], digits: 2 },
   { title: "out mm", value: (peaks, row) => peaks.tension_stroke[row], digits: 2 },
 ];
 

@@ -7,7 +7,7 @@ export class View {
   constructor(run, live) {
     Object.assign(this, { run, live });
     this.cursor = run.start;
-    this.range = [run.start, run.end];
+    this.range = [run.start, Math.max(run.end, run.start + SHORTEST)];
     this.whole = true;
     this.following = live;
     this.playing = false;
@@ -85,6 +85,7 @@ export class View {
 
   reset() {
     this.setRange(this.run.start, this.run.end);
+    this.whole = true;
   }
 
   setQuantity(key) {

@@ -1,0 +1,193 @@
+"""The live page in a real browser, beside a real node."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from playwright.sync_api import WebSocket
+
+from tests.browser import Watched, headless_browser
+from tests.ros.live_node import LOCOMOTIVES, TABLE
+
+if TYPE_CHECKING:
+    from tests.ros.live_node import LiveNode, Observer
+
+StartNode = Callable[..., "LiveNode"]
+
+
+@contextmanager
+def viewing(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """``haul view``, and the address that it prints; it ends with 0 when it is told to."""
+    command = [sys.executable, "-m", "haul_ros", "view", *arguments]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert process.stdout is not None
+        found = re.fullmatch(
+            r"look(?: and drive)?: (http://127\.0\.0\.1:\d+/\?token=\S{32})\n", process.stdout.readline()
+        )
+        assert found
+        yield process, found[1]
+        process.terminate()
+        assert process.wait(20.0) == 0
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def processor_time(process: subprocess.Popen[str]) -> float:
+    """Of user and system [s]."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def float64(message: bytes) -> float:
+    from haul_ros.messages.cdr import decode_float64
+
+    return decode_float64(message)
+
+
+def speed(watched: Watched) -> float:
+    """Of the head [km/h]."""
+    return float(watched.text("#desk-speed").removesuffix(" km/h"))
+
+
+def test_the_desk_drives_a_node_and_the_page_finds_it_again_after_a_restart(
+    start_node: StartNode, observer: Observer
+) -> None:
+    node = start_node(record_path="none")
+    applied = {name: observer.watch(TABLE.applied_brake[name]) for name in LOCOMOTIVES}
+    with headless_browser() as browser, viewing("--drive") as (view, address):
+        watched, frames = Watched(browser), list[int]()
+        watched.page.on("websocket", lambda socket: count_frames(socket, frames))
+        watched.open(address)
+        watched.wait_for(lambda: watched.time > 0.5, "time to pass")
+
+        # Ten frames a second for less than a tenth of a core, with a browser that looks
+        began, used, before = time.monotonic(), processor_time(view), len(frames)
+        watched.page.wait_for_timeout(4000)
+        passed = time.monotonic() - began
+        assert processor_time(view) - used < 0.1 * passed
+        assert 8.0 < (len(frames) - before) / passed < 10.5
+        assert speed(watched) > 78.0
+
+        # A link, by parameters of the node
+        watched.page.fill("#slave_3-delay", "0.75")
+        watched.page.press("#slave_3-delay", "Enter")
+        watched.wait_for(lambda: watched.text("#answer") == "slave_3: link set", "the answer")
+        assert observer.parameter("radio.slave_3.delay").double_value == 0.75
+        watched.page.uncheck("#slave_1-up")
+        watched.wait_for(lambda: not observer.parameter("radio.slave_1.connected").bool_value, "the link to go down")
+
+        # A demand, by topics: slave 1 does not hear of it
+        watched.page.focus("#brake")
+        for _ in range(20):
+            watched.page.keyboard.press("ArrowRight")
+        observer.wait_until(lambda: bool(applied["slave_3"]) and float64(applied["slave_3"][-1]) == 0.2, "the demand")
+        assert float64(applied["master"][-1]) == 0.2
+        assert float64(applied["slave_1"][-1]) == 0.0
+
+        # The emergency: the train brakes
+        watched.page.check("#slave_1-up")
+        watched.page.click("#emergency")
+        observer.wait_until(lambda: all(float64(applied[name][-1]) == 1.0 for name in LOCOMOTIVES), "the emergency")
+        fast = speed(watched)
+        watched.wait_for(lambda: speed(watched) < fast - 2.0, "the train to brake")
+        assert "slave_3: emergency latched" in watched.text("#events")
+        watched.wait_for(lambda: watched.text("#arrivals-body tr:last-child").startswith("slave_3"), "its arrival")
+        delay = float(watched.text("#arrivals-body tr:last-child td:last-child"))
+        assert delay == pytest.approx(0.75, abs=0.15)  # each is known to a frame
+
+        # Services
+        watched.page.click("#pause")
+        watched.wait_for(lambda: watched.text("#pause") == "go on", "the pause")
+        watched.page.wait_for_timeout(300)
+        stands_at = watched.time
+        watched.page.click("#step")
+        watched.wait_for(lambda: abs(watched.time - stands_at - 0.02) < 1e-6, "the step")
+        watched.page.click("#reset")
+        watched.wait_for(lambda: watched.text("#answer") == "started again at 0.000 s", "the reset")
+        watched.wait_for(lambda: watched.time < 0.1, "the start")
+
+        # The node goes and another comes, of another train
+        assert node.end() == 0
+        watched.wait_for(lambda: "the node has gone" in watched.text("#status"), "the end of the node")
+        start_node(record_path="none", scenario="daqin_1_1_0")
+        watched.wait_for(lambda: "daqin_1_1_0" in watched.text("#description"), "the other train")
+        watched.wait_for(lambda: watched.page.is_hidden("#status") and watched.time > 0.5, "its samples")
+        assert watched.page.locator(".slave").count() == 1
+        watched.page.click("#emergency")
+        watched.wait_for(lambda: speed(watched) < 78.0, "the other train to brake")
+        assert watched.complaints == []
+
+
+def count_frames(socket: WebSocket, frames: list[int]) -> None:
+    def take(payload: str | bytes) -> None:
+        if isinstance(payload, bytes):
+            frames.append(len(payload))
+
+    socket.on("framereceived", take)
+
+
+def test_without_drive_a_page_looks_at_the_node_that_was_named_and_nothing_more(
+    start_node: StartNode, observer: Observer
+) -> None:
+    start_node(record_path="none", ros_arguments=["-r", "__ns:=/yard"])
+    with viewing("--node", "/yard/haul") as (_, address):
+        greeting, answer = ask_over_socket(
+            address, {"do": "command", "locomotive": "master", "kind": "emergency", "value": 1}
+        )
+    assert greeting["node"] == "/yard/haul"
+    assert greeting["drive"] is False
+    assert len(greeting["train"]["couplers"]) == 207
+    assert [found["vehicle"] for found in greeting["train"]["locomotives"]] == [0, 103, 104, 207]
+    assert (answer["done"], answer["text"]) == (False, "this page only looks: haul view --drive gives a desk")
+
+
+def ask_over_socket(address: str, asked: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The greeting with a train, and the answer."""
+    import asyncio
+
+    from tornado.httpclient import HTTPRequest
+    from tornado.websocket import websocket_connect
+
+    async def ask() -> tuple[dict[str, Any], dict[str, Any]]:
+        origin, _, query = address.partition("/?")
+        request = HTTPRequest(f"ws{origin.removeprefix('http')}/live?{query}", headers={"Origin": origin})
+        socket = await websocket_connect(request)
+        greeting: dict[str, Any] | None = None
+        while True:
+            message = await socket.read_message()
+            assert message is not None
+            told = json.loads(message) if isinstance(message, str) else {}
+            if told.get("is") == "hello" and told["train"]:
+                greeting = told
+                await socket.write_message(json.dumps(asked))
+            if told.get("is") == "answer" and greeting:
+                return greeting, told
+
+    return asyncio.run(asyncio.wait_for(ask(), 60.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--port", "70000"], "haul: --port 70000: expected 1 to 65535, or 0 for any that is free\n"),
+        (["--node", "no name"], "haul: --node 'no name': expected the full name of a node, such as /train_a/haul\n"),
+    ],
+)
+def test_a_mistake_is_told_in_a_line(arguments: list[str], line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from haul_ros.cli.main import main
+
+    assert main(["view", *arguments]) == 2
+    assert capsys.readouterr().err == line
