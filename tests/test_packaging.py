@@ -96,3 +96,16 @@ def test_installed_program_finds_its_scenarios(installed: Path, tmp_path: Path) 
     )
     assert result.returncode == 0, result.stderr
     assert "daqin_1_2_1" in result.stdout
+    # The page is made of files inside the package
+    made = subprocess.run(
+        [sys.executable, "-c", "from haul_ros.page.document import page; print(page({'title': 'made'}))"],
+        cwd=tmp_path,
+        env=_environment(PYTHONPATH=found),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    ).stdout
+    assert "<title>made</title>" in made
+    assert "uPlot" in made
+    assert "ColorBrewer" in made

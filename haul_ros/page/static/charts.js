@@ -101,6 +101,7 @@ export class TimeChart extends Chart {
         series: [{}, ...series],
         cursor: { sync: { key: TOGETHER.key, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 6 }, y: false },
         hooks: {
+          draw: [() => this.place()],
           setSelect: [
             (u) => {
               if (u.select.width < 6) return;
