@@ -51,6 +51,7 @@ def report_contents(recording: Recording) -> dict[str, object]:
             consist.coupler_names,
             consist.vehicle_names,
             {locomotive.name: locomotive.vehicle for locomotive in consist.locomotives},
+            consist.centre_offsets,
             pneumatic="pipe" in quantities,
         ),
         "time": packed_numbers(time),
@@ -66,13 +67,22 @@ def report_contents(recording: Recording) -> dict[str, object]:
 
 
 def train(
-    couplers: Sequence[str], vehicles: Sequence[str], locomotives: Mapping[str, int | None], *, pneumatic: bool
+    couplers: Sequence[str],
+    vehicles: Sequence[str],
+    locomotives: Mapping[str, int | None],
+    places: Sequence[float],
+    *,
+    pneumatic: bool,
 ) -> dict[str, object]:
-    """The train as the page knows it; ``locomotives`` are indices of vehicles by name, None: not known."""
+    """The train as the page knows it; ``locomotives`` are indices of vehicles by name, None: not known.
+
+    ``places`` says how far each vehicle is behind the head [m].
+    """
     return {
         "couplers": list(couplers),
         "vehicles": list(vehicles),
         "locomotives": [{"name": name, "vehicle": vehicle} for name, vehicle in locomotives.items()],
+        "places": list(places),
         "pneumatic": pneumatic,
     }
 
@@ -90,7 +100,7 @@ def peaks(extremes: CouplerExtremes) -> dict[str, list[float]]:
     return {name: np.nan_to_num(values, posinf=0.0, neginf=0.0).tolist() for name, values in found.items()}
 
 
-def places(values: FloatArray) -> FloatArray:
+def head_middle_tail(values: FloatArray) -> FloatArray:
     """Of values (n, vehicles) those of head, middle and tail (n, 3)."""
     last = values.shape[1] - 1
     return values[:, [0, last // 2, last]]
@@ -109,7 +119,7 @@ def _quantities(recording: Recording, instants: int) -> tuple[FloatArray, dict[s
     for block in recording.blocks():
         taken["force"].add(block.couplers.time_ns, block.couplers.force / 1e3)
         taken["stroke"].add(block.couplers.time_ns, block.couplers.stroke * 1e3)
-        taken["speed"].add(block.vehicles.time_ns, mps_to_kmh(1.0) * places(block.vehicles.speed))
+        taken["speed"].add(block.vehicles.time_ns, mps_to_kmh(1.0) * head_middle_tail(block.vehicles.speed))
         taken["cylinder"].add(block.pressure.time_ns, block.pressure.pressure / 1e3)
     if (pipe := recording.pipe_pressure()) is not None:
         taken["pipe"] = Thinning(counts[0], instants)

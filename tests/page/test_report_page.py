@@ -155,6 +155,14 @@ def test_events_peaks_and_other_quantities_lead_to_their_places(opened: Watched,
     arrivals = [opened.text(f"#arrivals-body tr:nth-child({row})").split() for row in (1, 2, 3)]
     delays = [("slave_1", "0.500"), ("slave_2", "0.500"), ("slave_3", "1.000")]
     assert arrivals == [[slave, "0.000", delay, delay] for slave, delay in delays]
+    # Four waves at the speed of an emergency in paper_set_b of the catalogue: from the master, the pair and the tail
+    waves = [opened.text(f"#waves-body tr:nth-child({row})").split() for row in (1, 2, 3, 4)]
+    assert opened.page.locator("#waves-body tr").count() == 4
+    assert [(what, int(vehicle)) for what, vehicle, *_ in waves] == [
+        ("applies", number) for number in (1, 104, 104, 208)
+    ]
+    assert [float(wave[2]) for wave in waves] == pytest.approx([0.0, 0.5, 0.5, 1.0], abs=0.05)
+    assert [float(wave[-1]) for wave in waves] == pytest.approx([220.0] * 4, rel=0.01)
     assert opened.text("#peaks-body tr:first-child").split()[:3] == ["93", "877.3", "7.445"]
     assert "877.3 kN" in opened.text("#summary")
     opened.page.select_option("#quantity", "cylinder")

@@ -191,3 +191,22 @@ def test_a_mistake_is_told_in_a_line(arguments: list[str], line: str, capsys: py
 
     assert main(["view", *arguments]) == 2
     assert capsys.readouterr().err == line
+
+
+def test_a_taken_port_and_a_missing_tornado_are_told_in_a_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import socket
+
+    from haul_ros.cli import view
+    from haul_ros.cli.main import main
+
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        assert main(["view", "--port", port]) == 2
+    assert capsys.readouterr() == ("", f"haul: --port {port}: is in use, expected one that is free\n")
+    monkeypatch.setattr(view, "find_spec", lambda _: None)
+    assert main(["view"]) == 2
+    assert capsys.readouterr().err == "haul: needs tornado; install it with: pip install 'haul_ros[view]'\n"

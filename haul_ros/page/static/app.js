@@ -5,7 +5,7 @@ import { Controls } from "./controls.js";
 import { byId, element } from "./dom.js";
 import { ColourBar, HeatMap } from "./heatmap.js";
 import { connect } from "./live.js";
-import { Arrivals, Chips, Events, Peaks, showSummary } from "./tables.js";
+import { Arrivals, Chips, Events, Peaks, showSummary, Waves } from "./tables.js";
 import { unpackedRun } from "./unpacking.js";
 import { View } from "./view.js";
 
@@ -24,6 +24,7 @@ export function show(run, live) {
     events: new Events(view),
     peaks: new Peaks(view),
     arrivals: new Arrivals(view, map),
+    waves: new Waves(view, map),
     controls: new Controls(view),
   };
   view.parts.push(() => document.body.setAttribute("data-ready", ""));

@@ -9,22 +9,24 @@ function onsets(pressure, time, count, row) {
   const least = Math.max(LEAST * pressure.largest, 3);
   const found = [];
   let [low, high, since] = [pressure.value(0, row), pressure.value(0, row), time[0]];
-  let rising = false;
+  let [rising, before] = [false, low];
   for (let i = 1; i < count; i++) {
     const value = pressure.value(i, row);
+    const crossing = (level) => time[i - 1] + ((level - before) / (value - before)) * (time[i] - time[i - 1]);
     if (rising) {
       if (value > high + least / 10) [high, since] = [value, time[i]];
       if (time[i] - since > STILL) [rising, low] = [false, high];
     }
     if (!rising && value > low + least) {
-      found.push([time[i], 1]);
+      found.push([crossing(low + least), 1]);
       [rising, high, since] = [true, value, time[i]];
     } else if (value < high - least) {
-      if (!found.length || found.at(-1)[1] > 0) found.push([time[i], -1]);
+      if (!found.length || found.at(-1)[1] > 0) found.push([crossing(high - least), -1]);
       [rising, high, low] = [false, value, value];
     }
     if (!rising) low = Math.min(low, value);
     if (!rising && value > high) high = value;
+    before = value;
   }
   return found;
 }
@@ -49,6 +51,45 @@ export function brakeFronts(pressure, time, count) {
     open = continued;
   }
   return fronts.filter((front) => front.points.length > 1);
+}
+
+const STRAIGHT = 0.08; // seconds by which a front may depart from a straight line
+const SHORTEST_LEG = 8; // vehicles
+
+// Indices at which a line of points has to be kept, so that no point lies further beside it (Ramer 1972).
+function corners(points, from, to) {
+  let [worst, at] = [STRAIGHT, -1];
+  const [[t0, v0], [t1, v1]] = [points[from], points[to]];
+  for (let k = from + 1; k < to; k++) {
+    const [time, vehicle] = points[k];
+    const away = Math.abs(time - (t0 + ((vehicle - v0) / (v1 - v0)) * (t1 - t0)));
+    if (away > worst) [worst, at] = [away, k];
+  }
+  return at < 0 ? [to] : [...corners(points, from, at), ...corners(points, at, to)];
+}
+
+// Of the straight line of least squares through points (x, y).
+function slope(points) {
+  const mean = (k) => points.reduce((sum, point) => sum + point[k], 0) / points.length;
+  const [x, y] = [mean(0), mean(1)];
+  const sum = (of) => points.reduce((total, point) => total + of(point), 0);
+  return sum((point) => (point[0] - x) * (point[1] - y)) / sum((point) => (point[0] - x) ** 2);
+}
+
+// The straight parts of fronts, each a wave that runs one way: when and where it begins and ends, and how fast it is [m/s].
+export function brakeWaves(fronts, places) {
+  const found = [];
+  for (const { direction, points } of fronts) {
+    let from = 0;
+    for (const to of corners(points, 0, points.length - 1)) {
+      const [begin, end] = [points[from], points[to]].sort((a, b) => a[0] - b[0]);
+      const leg = points.slice(from, to + 1).map(([time, vehicle]) => [time, places[vehicle]]);
+      from = to;
+      if (Math.abs(begin[1] - end[1]) < SHORTEST_LEG || end[0] - begin[0] < STRAIGHT) continue;
+      found.push({ direction, begin, end, speed: Math.abs(slope(leg)) });
+    }
+  }
+  return found.sort((a, b) => a.begin[0] - b.begin[0]);
 }
 
 // Commands and when they took effect at the slaves: [sent, from vehicle, arrived, to vehicle] in seconds.

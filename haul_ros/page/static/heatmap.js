@@ -2,7 +2,7 @@
 
 import { pixels, styleColour } from "./colours.js";
 import { byId, seconds, tip } from "./dom.js";
-import { brakeFronts, radioArrivals } from "./fronts.js";
+import { brakeFronts, brakeWaves, radioArrivals } from "./fronts.js";
 
 export const LEFT = 62; // pixels, the same in the charts below
 export const RIGHT = 14;
@@ -31,6 +31,7 @@ export class HeatMap {
     this.context = this.canvas.getContext("2d");
     this.image = document.createElement("canvas");
     this.fronts = [];
+    this.waves = [];
     this.arrivals = [];
     this.searched = Number.NEGATIVE_INFINITY;
     this.drag = null;
@@ -44,6 +45,7 @@ export class HeatMap {
     if (changed.has("data") && performance.now() - this.searched > (view.live ? FRONTS_PERIOD : 0)) {
       this.searched = performance.now();
       this.fronts = brakeFronts(view.run.quantities.cylinder, view.run.time, view.run.count);
+      this.waves = brakeWaves(this.fronts, view.run.places);
       this.arrivals = radioArrivals(view.run);
     }
     if (["data", "range", "quantity", "theme"].some((what) => changed.has(what))) this.paint();

@@ -72,8 +72,8 @@ export class Quantity {
 }
 
 export class Run {
-  constructor({ couplers, vehicles, locomotives, pneumatic }) {
-    Object.assign(this, { couplers, vehicles, locomotives });
+  constructor({ couplers, vehicles, locomotives, places, pneumatic }) {
+    Object.assign(this, { couplers, vehicles, locomotives, places }); // places of vehicles: m behind the head
     const along = (key, label, unit, names, diverging, digits) =>
       new Quantity({ key, label, unit, names, diverging, digits });
     const quantities = [

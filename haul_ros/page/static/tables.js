@@ -158,6 +158,22 @@ export class Arrivals {
   }
 }
 
+// Where and how fast the brake runs along the train.
+export class Waves {
+  constructor(view, map) {
+    view.add((changed) => {
+      if (!changed.has("data")) return;
+      const rows = map.waves.slice(-200).map(({ direction, begin, end, speed }) => {
+        const what = direction > 0 ? "applies" : "releases";
+        const cells = [what, begin[1] + 1, begin[0].toFixed(2), end[1] + 1, end[0].toFixed(2), speed.toFixed(0)];
+        return element("tr", { onclick: () => view.look(begin[0]) }, ...cells.map((text) => element("td", {}, String(text))));
+      });
+      byId("waves-body").replaceChildren(...rows);
+      byId("waves").hidden = !rows.length;
+    });
+  }
+}
+
 // Figures of the whole run, each a label, a value and where or when.
 export function showSummary(items) {
   byId("summary").replaceChildren(

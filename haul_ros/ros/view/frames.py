@@ -10,7 +10,7 @@ import numpy as np
 from haul_ros.messages.cdr import ArrayCodec, JointStateCodec
 from haul_ros.messages.quantities import CouplerArrays, VehicleArrays, pressure_codec
 from haul_ros.model.sample import FloatArray
-from haul_ros.page.contents import places
+from haul_ros.page.contents import head_middle_tail
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
 _STAMP = struct.Struct("<iI")
@@ -31,6 +31,8 @@ class FrameMaker:
         self.couplers: JointStateCodec | None = None
         self.vehicles: JointStateCodec | None = None
         self._pressure: ArrayCodec | None = None
+        self.places: list[float] = []
+        """How far each vehicle was behind the head in the first message [m]."""
         self._speed = np.zeros(3)
         self._cylinder = self._pipe = np.zeros(0)
 
@@ -53,13 +55,15 @@ class FrameMaker:
             self.couplers = JointStateCodec.of(couplers[-1])
         if vehicles and self.vehicles is None:
             self.vehicles = JointStateCodec.of(vehicles[-1])
+            chainage = VehicleArrays(*self.vehicles.decode(vehicles[-1])).chainage
+            self.places = np.nan_to_num(chainage[0] - chainage).tolist()
             self._pressure = pressure_codec(len(self.vehicles.names))
             self._cylinder = self._pipe = np.zeros(len(self.vehicles.names))
         if self.couplers is None or self.vehicles is None or self._pressure is None:
             return None
         if vehicles:
             speed = VehicleArrays(*self.vehicles.decode(vehicles[-1])).speed
-            self._speed = mps_to_kmh(1.0) * places(speed[np.newaxis])[0]
+            self._speed = mps_to_kmh(1.0) * head_middle_tail(speed[np.newaxis])[0]
         if cylinder:
             self._cylinder = self._pressure.decode(cylinder[-1]) / 1e3
         if pipe:

@@ -79,7 +79,7 @@ class TrainWatcher:
         if self._told:
             self._take_entries()
             self._take_extremes()
-            self._take_state()
+        self._take_state()
 
     def close(self) -> None:
         """Subscribe no more."""
@@ -130,8 +130,10 @@ class TrainWatcher:
         }
         if found and maker.couplers and maker.vehicles:
             vehicles = maker.vehicles.names
-            places = locomotive_vehicles(vehicles, found.locomotives)
-            content["train"] = train(maker.couplers.names, vehicles, places, pneumatic=found.pneumatic)
+            locomotives = locomotive_vehicles(vehicles, found.locomotives)
+            content["train"] = train(
+                maker.couplers.names, vehicles, locomotives, maker.places, pneumatic=found.pneumatic
+            )
         return _text("hello", content)
 
     def _take_samples(self) -> None:
