@@ -20,10 +20,17 @@ from tests.bags import WALL, BagMessage, Train, other_messages, write_bag, write
 def train() -> Train:
     """Three vehicles for 12 s at 100 Hz, all numbers different; the master applies its brake at 3 s."""
     random, n = np.random.default_rng(1), 1200
+    first, second, third = (random.normal(size=(n, 2)) for _ in range(3))
+    fourth, fifth, sixth, seventh = (random.normal(size=(n, 3)) for _ in range(4))
     return Train(
         np.arange(n) / 100.0,
-        *(random.normal(size=(n, 2)) for _ in range(3)),
-        *(random.normal(size=(n, 3)) for _ in range(4)),
+        first,
+        second,
+        third,
+        fourth,
+        fifth,
+        sixth,
+        seventh,
         numbers={
             "master/applied_brake": [(0.0, 0.0), (3.0, 0.5)],
             "slave_1/applied_brake": [(0.0, 0.0), (4.25, 0.5)],

@@ -275,8 +275,8 @@ def test_the_end_of_a_recording_and_a_reset_are_logged_and_files_are_named_when_
     node = start_node(reset_interval=0.0)
     couplers = Couplers(observer)
     couplers.wait_for_time(10**9)
-    second = int(time.time())
-    observer.wait_until(lambda: int(time.time()) > second, "another second, which names the second recording")
+    named = int(time.time())
+    observer.wait_until(lambda: int(time.time()) > named, "another second, which names the second recording")
     assert observer.pause().success
     assert observer.reset().success
     assert observer.step().message == "stepped at 0.020 s"
