@@ -13,7 +13,7 @@ VERSION = re.search(r'__version__ = "(.+)"', (HERE / NAME / "version.py").read_t
 # Of what counts its versions by the calendar or four times a year, the newest that was tried.
 PARQUET = ["pyarrow>=15,<27"]
 FATIGUE = ["rainflow>=3.2,<4"]
-VIEW = ["tornado>=6.4,<7"]
+VIEW = ["tornado>=6.4,<7", "rich>=13,<16"]
 CLUSTER = ["dask>=2024.5,<2027", "distributed>=2024.5,<2027"]
 
 

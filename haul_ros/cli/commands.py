@@ -54,7 +54,8 @@ def _study(parser: ArgumentParser) -> None:
         "study",
         metavar="STUDY",
         help="validation, distribution, initial-speed, synchronisation, stiffness, rigid-arms, rigid-arm-map, "
-        "vibration, marshalling, monte-carlo, a study file, or 'sweep' with --scenario and --over or --draw",
+        "vibration, marshalling, monte-carlo, cyclic-braking, release-speed, unintended-release, burst-hose, "
+        "radio-outage, a study file, or 'sweep' with --scenario and --over or --draw",
     )
     _output(parser, "DIR", "folder of the results, default: <STUDY>_study")
     _scenario(parser, "of a sweep: name of a shipped scenario, or a file")
@@ -122,6 +123,12 @@ def _view(parser: ArgumentParser) -> None:
         "--node", metavar="NAME", help="full name of the node, such as /train_a/haul, default: the one that is found"
     )
     parser.add_argument("--port", metavar="N", type=int, default=0, help="of 127.0.0.1, default: any that is free")
+
+
+def _watch(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--node", metavar="NAME", help="full name of the node, such as /train_a/haul, default: the one that is found"
+    )
 
 
 def _file(parser: ArgumentParser, help_text: str | None = None) -> None:
@@ -201,6 +208,13 @@ COMMANDS = (
         "haul_ros.cli.view:view",
         _view,
         epilog="It prints an address with a token: who has it may look, and drive with --drive.",
+    ),
+    Subcommand(
+        "watch",
+        "show the live train in this terminal (needs ROS 2)",
+        "haul_ros.cli.watch:watch",
+        _watch,
+        epilog="Where the output is no terminal it is a line a second.",
     ),
 )
 """In the order of the help. A new command is a row here, its arguments above, and the module that carries it out."""

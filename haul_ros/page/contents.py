@@ -17,6 +17,9 @@ from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import ScalarSeries
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
+Message = str | bytes
+"""To a live page: JSON text, or the bytes of a frame."""
+
 MOST_INSTANTS = 6000
 """That a page shows: of a longer recording several samples are one."""
 _MOST_VALUES = 8_000_000

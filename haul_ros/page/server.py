@@ -21,6 +21,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from haul_ros.errors import HaulError
+from haul_ros.page.contents import Message
 from haul_ros.page.document import page
 
 LOOPBACK = "127.0.0.1"
@@ -38,8 +39,6 @@ _HEADERS = {
     "X-Frame-Options": "DENY",
 }
 
-Message = str | bytes
-"""JSON text, or the bytes of a frame."""
 Greet = Callable[[], Iterable[Message]]
 Answer = Callable[[dict[str, Any]], Awaitable[Message | None]]
 

@@ -9,7 +9,6 @@ from haul_ros.ending import no_interrupt_lost
 from haul_ros.errors import HaulError
 from haul_ros.ros.errors import require_ros
 from haul_ros.ros.signals import ending_signals
-from haul_ros.ros.usage import asks_for_help, usage
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -19,11 +18,14 @@ def main(args: Sequence[str] | None = None) -> int:
     clean end; 1 failed while running, 2 the user's mistake. ``-h`` or ``--help`` prints what there is to ask for, 0.
     """
     argv = sys.argv if args is None else ["train_node", *args]
-    if asks_for_help(argv[1:]):
-        print(usage())
-        return 0
     with ending_signals() as signals, no_interrupt_lost():
         try:
+            # What takes time to be imported is so here, where a signal ends it cleanly
+            from haul_ros.ros.usage import asks_for_help, usage
+
+            if asks_for_help(argv[1:]):
+                print(usage())
+                return 0
             require_ros()
             from haul_ros.ros.train_node import run_node  # needs rclpy
 
