@@ -15,6 +15,7 @@ from haul_ros.cli.command_page import command_page
 from haul_ros.resources import config_dir
 from haul_ros.scenario import load_scenario, load_scenario_text
 from haul_ros.scenario.key_page import key_page
+from tests.waiting import WAIT
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").rglob("*.md")) + sorted(ROOT.glob("*.md"))
@@ -28,11 +29,10 @@ def blocks(page: str, language: str) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.no_cover
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("sphinx")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(ROOT / "docs"), str(tmp_path / "site")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300.0)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=WAIT)
     assert (done.returncode, done.stderr) == (0, "")
     python = (tmp_path / "site/python.html").read_text("utf-8")
     assert [name for name in haul_ros.__all__ if name != "__version__" and f'id="haul_ros.{name}"' not in python] == []
@@ -104,7 +104,6 @@ def test_the_python_of_the_pages_runs(capsys: pytest.CaptureFixture[str], tmp_pa
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("ros")
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_all_that_is_typed_in_a_tutorial_works(page: Path, tmp_path: Path) -> None:
     """Its files are written, its commands run one after the other, and none of them fails."""
@@ -128,7 +127,7 @@ def test_all_that_is_typed_in_a_tutorial_works(page: Path, tmp_path: Path) -> No
         env={**os.environ, **own_domain(), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
-        timeout=300.0,
+        timeout=WAIT,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     left = {path.name for path in tmp_path.iterdir() if path.name.endswith(".active")}
