@@ -293,7 +293,7 @@ def _random_train(random: np.random.Generator) -> tuple[list[VehicleType], list[
 def test_peaks_of_random_gears_at_1_ms_are_within_1_percent_of_those_at_a_quarter() -> None:
     random = np.random.default_rng(8)
     errors: list[float] = []
-    for _ in range(100):
+    for _ in range(50):
         vehicles, gears = _random_train(random)
         coarse, fine = (_braked(vehicles, gears, step, 4.0) for step in (1e-3, 2.5e-4))
         assert energy_balance(coarse).fault is None

@@ -164,7 +164,7 @@ def test_cyclic_braking_on_10_per_mille_has_the_period_and_peak_of_another_model
             "coupler": "paper_set_a",
             "initial_speed_kmh": 60,
             "commands": [],
-            "time_step_ms": 2,
+            "time_step_ms": 4,
             "sample_rate_hz": 5,
             "radio.default.delay_s": delay,
             "track.grades": [{"from_m": -1e5, "grade_permille": -10}],

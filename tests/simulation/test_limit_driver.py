@@ -213,7 +213,7 @@ def test_on_a_grade_that_a_light_application_does_not_hold_he_plans_to_brake_har
 )
 def test_on_the_shipped_descent_no_part_of_the_train_is_over_a_limit(driver: dict[str, Any]) -> None:
     """70 km with 80, 70 and 60 km/h, from 3 per mille up to 12 down: 20 000 t, and no wagon releases unasked."""
-    session, logs = run(load_scenario("daqin_descent", driver))
+    session, logs = run(load_scenario("daqin_descent", driver | {"time_step_ms": 4}))
     assert session.overspeeds().count == 0, session.overspeeds().worst
     assert not events(logs, EventKind.VALVE)
     front, _ = speeds_by_front(logs)
