@@ -34,8 +34,9 @@ else
     extras="ros${1:+,$1}"
     [ -x "$environment/bin/python" ] || "$python" -m venv "$environment"
 fi
+# Python compiles what is imported; pip would compile all that there is, one file after the other
 echo "haul_ros: installing into $environment (a minute the first time)"
-"$environment/bin/python" -m pip install --quiet --disable-pip-version-check ${3:+--constraint "$3"} \
+"$environment/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check ${3:+--constraint "$3"} \
     --editable ".${extras:+[$extras]}" ||
     fail "installation failed; the lines above tell why (no package index reachable?)"
 PATH="$environment/bin:$PATH"

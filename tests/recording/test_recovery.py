@@ -103,6 +103,7 @@ def chunk_ends(path: Path) -> list[tuple[int, int]]:
     return ends
 
 
+@pytest.mark.no_cover
 def test_a_cut_off_recording_gives_every_whole_chunk(whole: Path, tmp_path: Path) -> None:
     content, original, cut = whole.read_bytes(), content_of(whole), tmp_path / "cut.mcap"
     ends = chunk_ends(whole)
