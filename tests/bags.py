@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
@@ -56,6 +57,7 @@ class Train:
     speed: np.ndarray
     brake_force: np.ndarray
     pressure: np.ndarray
+    _: KW_ONLY
     node: str = "/haul"
     numbers: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     """Float64 topics under the node: times [s] and values."""
@@ -142,3 +144,20 @@ def write_split_bag(folder: Path, messages: Sequence[BagMessage], files: int) ->
     for number, part in enumerate(np.array_split(np.arange(len(messages)), files)):
         write_mcap(folder / f"bag_{number}.mcap", [messages[i] for i in part])
     return folder
+
+
+def rebagged(source: str, target: str, *, library: str, topics: str = "/haul/") -> None:
+    """The topics of a recording as ``ros2 bag record`` writes them: wall times, no description, no scenario."""
+    with Path(source).open("rb") as stream, Path(target).open("wb") as out:
+        writer = McapWriter(out)
+        writer.start(profile="ros2", library=library)
+        ids: dict[str, int] = {}
+        for schema, channel, message in make_reader(stream).iter_messages():
+            if schema is None or not channel.topic.startswith(topics):
+                continue
+            if channel.topic not in ids:
+                schema_id = writer.register_schema(schema.name, schema.encoding, schema.data)
+                ids[channel.topic] = writer.register_channel(channel.topic, "cdr", schema_id)
+            wall = 1_700_000_000 * 10**9 + message.log_time
+            writer.add_message(ids[channel.topic], wall, message.data, wall)
+        writer.finish()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from haul_ros.errors import RecordingError
 from haul_ros.model.sample import FloatArray
 from haul_ros.recording.reader import Recording
+from haul_ros.recording.series import Samples
 from haul_ros.units import NS_PER_S
 
 
@@ -40,26 +41,46 @@ def read_history(recording: Recording, max_columns: int) -> History:
     for channel in (channels.couplers, channels.vehicles):
         if not recording.count(channel):
             raise RecordingError(f"{recording.path}: holds no {channel.topic}: nothing was run")
-    force = Thinning(recording.count(channels.couplers), max_columns)
-    speed = Thinning(recording.count(channels.vehicles), max_columns)
+    builder = HistoryBuilder(recording.count(channels.couplers), max_columns)
     for block in recording.blocks():
-        force.add(block.couplers.time_ns, block.couplers.force)
-        speed.add(block.vehicles.time_ns, block.vehicles.speed[:, [0, -1]])
-    head_speed, tail_speed = speed.values.T
-    return History(_edges(force.time), force.values, speed.time, head_speed, tail_speed)
+        builder.add(block)
+    return builder.history()
+
+
+class HistoryBuilder:
+    """The history of about ``samples`` samples in at most ``max_columns`` columns, taken piece by piece."""
+
+    def __init__(self, samples: int, max_columns: int) -> None:
+        self._force, self._speed = Thinning(samples, max_columns), Thinning(samples, max_columns)
+
+    def add(self, block: Samples) -> None:
+        """The next samples."""
+        self._force.add(block.couplers.time_ns, block.couplers.force)
+        if len(block.vehicles.time_ns):
+            self._speed.add(block.vehicles.time_ns, block.vehicles.speed[:, [0, -1]])
+
+    def history(self) -> History:
+        """Of all samples so far, of which there is at least one of couplers; without vehicles there are no speeds."""
+        force, speed = self._force, self._speed
+        head_speed, tail_speed = speed.values.T if len(speed.time) else (np.empty(0), np.empty(0))
+        return History(_edges(force.time), force.values, speed.time, head_speed, tail_speed)
 
 
 class Thinning:
-    """A quantity at n instants in at most ``max_columns`` columns, built up from pieces in bounded memory."""
+    """A quantity at n instants in at most ``max_columns`` columns, built up from pieces in bounded memory.
+
+    Where there come fewer than the ``count`` expected, columns are missing in the end; of more, the last has the rest.
+    """
 
     def __init__(self, count: int, max_columns: int) -> None:
+        count = max(1, count)
         self._starts = np.unique(np.linspace(0, count, min(count, max_columns), endpoint=False, dtype=np.intp))
         self._time_ns = np.zeros(len(self._starts), np.int64)
         self._highest = self._lowest = np.empty((len(self._starts), 0))
         self._seen = 0
 
     def add(self, time_ns: NDArray[np.int64], values: FloatArray) -> None:
-        """The next samples: values (m, k) at ``time_ns`` (m,); ``count`` in all."""
+        """The next samples: values (m, k) at ``time_ns`` (m,)."""
         if not len(time_ns):
             return
         if not self._seen:
@@ -76,12 +97,17 @@ class Thinning:
     @property
     def time(self) -> FloatArray:
         """When each column begins [s]: the time of its first sample."""
-        return self._time_ns / NS_PER_S
+        return self._time_ns[: self._begun] / NS_PER_S
 
     @property
     def values(self) -> FloatArray:
         """Of each column the value of largest magnitude, with its sign."""
-        return np.where(self._highest >= -self._lowest, self._highest, self._lowest)
+        highest, lowest = self._highest[: self._begun], self._lowest[: self._begun]
+        return np.where(highest >= -lowest, highest, lowest)
+
+    @property
+    def _begun(self) -> int:
+        return int(np.searchsorted(self._starts, self._seen))
 
 
 def _edges(begins: FloatArray) -> FloatArray:

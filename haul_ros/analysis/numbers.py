@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,48 +18,35 @@ from haul_ros.analysis.peaks import PeakFinder, SampledPeaks
 from haul_ros.analysis.radio_delays import RadioDelay, radio_delays
 from haul_ros.analysis.reversals import ReversalCounter
 from haul_ros.analysis.run_in import ContactFinder, Contacts
-from haul_ros.errors import HaulError, RecordingError
+from haul_ros.errors import RecordingError
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.series import CouplerSeries, PressureSeries, Samples, VehicleSeries
 from haul_ros.recording.train_source import TrainSource
 from haul_ros.units import NS_PER_S
 
+Series = TypeVar("Series", CouplerSeries, VehicleSeries, PressureSeries)
+
 _LEAST_PIECE = 1000
 """Samples that are worked on at a time; more make nothing faster."""
 
 
-class SelectionError(HaulError):
-    """A part of a recording that there is not."""
-
-
 @dataclass(frozen=True, slots=True)
-class Selection:
-    """What of a recording counts: samples from ``begin`` to ``end`` [s], both included, and ``couplers`` by number
-    (1 is behind the first vehicle; None: all)."""
+class Window:
+    """What of a recording counts: from ``begin`` to ``end`` [s], both included."""
 
     begin: float = -np.inf
     end: float = np.inf
-    couplers: tuple[int, ...] | None = None
 
     @property
     def is_whole(self) -> bool:
         """Whether it has all of the time."""
         return self.begin == -np.inf and self.end == np.inf
 
-    def columns(self, source: TrainSource) -> NDArray[np.intp]:
-        """Columns of the chosen couplers; SelectionError: there is no such coupler."""
-        count = len(source.couplers)
-        chosen = range(1, count + 1) if self.couplers is None else self.couplers
-        for number in chosen:
-            if not 1 <= number <= count:
-                raise SelectionError(f"{source.path}: no coupler {number}, it has 1 to {count}")
-        return np.array(sorted(set(chosen)), dtype=np.intp) - 1
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CouplerNumbers:
-    """Of each of the k chosen couplers, ``columns`` (k,) of the recording, ``names``; compression is positive.
+    """Of each of the k couplers, ``names``; compression is positive.
 
     ``peaks`` are those of the samples, ``extremes`` those of every time step (None: not recorded, or of another time);
     ``to_buff`` and ``to_draft`` (k,) count force reversals; ``above_compression`` and ``above_tension`` (k,) [s] are
@@ -67,7 +55,6 @@ class CouplerNumbers:
     library that counts is not there.
     """
 
-    columns: NDArray[np.intp]
     names: tuple[str, ...]
     peaks: SampledPeaks
     extremes: CouplerExtremes | None
@@ -128,39 +115,43 @@ class Numbers:
 def numbers_of(
     source: TrainSource,
     scenario: Scenario | None,
-    selection: Selection | None = None,
+    window: Window | None = None,
     *,
     limit: float = STRENGTH_LIMIT,
-    also: Callable[[Samples], None] = lambda _: None,
+    also: Callable[[Samples, int], None] = lambda _chosen, _read: None,
 ) -> Numbers:
-    """All numbers of a train, with its scenario (None: not known). Every piece of the samples is shown to ``also``.
+    """All numbers of a train, with its scenario (None: not known).
+
+    Every piece of the samples in the window is shown to ``also``, with how many samples were read for it.
 
     Raises
     ------
     HaulError
-        The recording is damaged or holds no couplers in the selection, or there is no such coupler.
+        The recording is damaged or holds no couplers in the window.
     """
-    selection = selection or Selection()
-    gathering = _Gathering(source, scenario, selection, limit)
+    window = window or Window()
+    gathering = _Gathering(source, scenario, window, limit)
     for block in merged(source.blocks()):
-        chosen = within(block, selection)
+        chosen = within(block, window)
         gathering.add(chosen)
-        also(chosen)
+        also(chosen, len(block.couplers.time_ns))
     return gathering.numbers()
 
 
-def within(block: Samples, selection: Selection) -> Samples:
-    """The samples of a piece that lie in the time of a selection."""
-    if selection.is_whole:
+def within(block: Samples, window: Window) -> Samples:
+    """The samples of a piece that lie in a window."""
+    if window.is_whole:
         return block
-    parts = []
-    for series in block:
-        time = series.time_ns / NS_PER_S
-        rows = slice(
-            int(np.searchsorted(time, selection.begin)), int(np.searchsorted(time, selection.end, side="right"))
-        )
-        parts.append(_rows(series, rows))
-    return Samples(*parts)  # type: ignore[arg-type]
+    couplers, vehicles, pressure = block
+    return Samples(series_within(couplers, window), series_within(vehicles, window), series_within(pressure, window))
+
+
+def series_within(series: Series, window: Window) -> Series:
+    """The part of a series that lies in a window."""
+    time = series.time_ns / NS_PER_S
+    rows = slice(int(np.searchsorted(time, window.begin)), int(np.searchsorted(time, window.end, side="right")))
+    changed = {name: getattr(series, name)[rows] for name in series.__dataclass_fields__ if name != "names"}
+    return replace(series, **changed)
 
 
 def merged(blocks: Iterable[Samples]) -> Iterator[Samples]:
@@ -180,18 +171,17 @@ def merged(blocks: Iterable[Samples]) -> Iterator[Samples]:
 class _Gathering:
     """What is gathered of the samples of one train."""
 
-    def __init__(self, source: TrainSource, scenario: Scenario | None, selection: Selection, limit: float) -> None:
-        self._source, self._scenario, self._selection = source, scenario, selection
-        self._columns = selection.columns(source)
-        chosen = len(self._columns)
-        self._peaks, self._contacts = PeakFinder(chosen), ContactFinder(chosen)
-        self._reversals, self._limit = ReversalCounter(chosen), LimitWatch(chosen, limit)
-        self._fatigue = FatigueCounter(chosen) if rainflow_available() else None
-        self._gears = GearWork(len(source.couplers))
+    def __init__(self, source: TrainSource, scenario: Scenario | None, window: Window, limit: float) -> None:
+        self._source, self._scenario, self._window = source, scenario, window
+        count = len(source.couplers)
+        self._peaks, self._contacts = PeakFinder(count), ContactFinder(count)
+        self._reversals, self._limit = ReversalCounter(count), LimitWatch(count, limit)
+        self._fatigue = FatigueCounter(count) if rainflow_available() else None
+        self._gears = GearWork(count)
         self._work = TrainWork(scenario.consist, scenario.track) if scenario and source.vehicles else None
         self._motion = MotionRecorder()
         self._efforts = _efforts(source, scenario) if self._work else {}
-        self._applications = _applications(source, selection)
+        self._applications = _applications(source, window)
         self._fillings = FillingRecorder([(begin, end) for begin, end, _ in self._applications])
         self._times: list[FloatArray] = []
 
@@ -201,10 +191,8 @@ class _Gathering:
         force, stroke = couplers.force, couplers.stroke
         self._gears.add(force, stroke)
         self._times.append(time)
-        if len(self._columns) < force.shape[1]:
-            force, stroke = force[:, self._columns], stroke[:, self._columns]
         self._peaks.add(time, force, stroke)
-        self._contacts.add(time, force, couplers.stroke_rate[:, self._columns])
+        self._contacts.add(time, force, couplers.stroke_rate)
         self._reversals.add(force)
         self._limit.add(time, force)
         if self._fatigue is not None:
@@ -220,7 +208,7 @@ class _Gathering:
     def numbers(self) -> Numbers:
         time = np.concatenate([*self._times, np.empty(0)])
         if not len(time):
-            where = "" if self._selection.is_whole else f" from {self._selection.begin:g} to {self._selection.end:g} s"
+            where = "" if self._window.is_whole else f" from {self._window.begin:g} to {self._window.end:g} s"
             raise RecordingError(f"{self._source.path}: holds no {self._source.node}/couplers{where}: nothing was run")
         gaps = np.diff(time)
         return Numbers(
@@ -235,13 +223,10 @@ class _Gathering:
         )
 
     def _coupler_numbers(self, end: float) -> CouplerNumbers:
-        columns, peaks = self._columns, self._peaks.peaks()
-        dissipated = None
-        if self._scenario is not None:
-            dissipated = (self._gears.taken - self._gears.stored(self._scenario.consist))[columns]
+        peaks, taken = self._peaks.peaks(), self._gears.taken
+        dissipated = None if self._scenario is None else taken - self._gears.stored(self._scenario.consist)
         return CouplerNumbers(
-            columns=columns,
-            names=tuple(self._source.couplers[j] for j in columns),
+            names=self._source.couplers,
             peaks=peaks,
             extremes=self._extremes(peaks, end),
             contacts=self._contacts.contacts(),
@@ -250,19 +235,17 @@ class _Gathering:
             limit=self._limit.limit,
             above_compression=self._limit.compression,
             above_tension=self._limit.tension,
-            work_taken=self._gears.taken[columns],
+            work_taken=taken,
             dissipated=dissipated,
             spectrum=self._fatigue.spectrum() if self._fatigue is not None else None,
         )
 
     def _extremes(self, peaks: SampledPeaks, end: float) -> CouplerExtremes | None:
         """Those of every time step; of a run that ended between two of them with what samples show behind the last."""
-        recorded = self._source.final_extremes() if self._selection.is_whole else None
+        recorded = self._source.final_extremes() if self._window.is_whole else None
         if recorded is None:
             return None
-        found = CouplerExtremes(
-            **{name: getattr(recorded.extremes, name)[self._columns].copy() for name in _EXTREME_FIELDS}
-        )
+        found = CouplerExtremes(**{name: getattr(recorded.extremes, name).copy() for name in _EXTREME_FIELDS})
         if recorded.time_ns / NS_PER_S < end:
             for name in ("compression", "tension"):
                 later = getattr(peaks, name) > getattr(found, name)
@@ -289,7 +272,7 @@ class _Gathering:
             delay
             for slave, applied in zip(self._source.locomotives[1:], slaves, strict=True)
             for delay in radio_delays(slave, master, applied)
-            if self._selection.begin <= delay.time <= self._selection.end
+            if self._window.begin <= delay.time <= self._window.end
         ]
         return tuple(sorted(found, key=lambda delay: delay.time))
 
@@ -313,14 +296,12 @@ def _series(source: TrainSource, name: str) -> tuple[FloatArray, FloatArray]:
     return found.time_ns / NS_PER_S, found.values
 
 
-def _applications(source: TrainSource, selection: Selection) -> list[tuple[float, float, float]]:
+def _applications(source: TrainSource, window: Window) -> list[tuple[float, float, float]]:
     if not source.locomotives:
         return []
     found = applications(*_series(source, f"{source.locomotives[0]}/applied_brake"), until=np.inf)
     return [
-        (begin, min(end, selection.end), demand)
-        for begin, end, demand in found
-        if selection.begin <= begin <= selection.end
+        (begin, min(end, window.end), demand) for begin, end, demand in found if window.begin <= begin <= window.end
     ]
 
 
@@ -339,14 +320,6 @@ def _held(efforts: Mapping[int, tuple[FloatArray, FloatArray]], time: FloatArray
         at = np.searchsorted(changes, time, side="right") - 1
         held[:, vehicle] = np.where(at >= 0, values[np.maximum(at, 0)], 0.0)
     return held
-
-
-_Series = CouplerSeries | VehicleSeries | PressureSeries
-
-
-def _rows(series: _Series, rows: slice) -> _Series:
-    changed = {name: getattr(series, name)[rows] for name in series.__dataclass_fields__ if name != "names"}
-    return replace(series, **changed)
 
 
 def _joined(blocks: Sequence[Samples]) -> Samples:

@@ -147,14 +147,20 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
     RecordingError
         The file is damaged or holds no samples.
     """
-    journey = _Journey(OverspeedWatch(scenario.consist, scenario.track))
+    journey = Journey(OverspeedWatch(scenario.consist, scenario.track))
     for block in recording.blocks():
         journey.add(block.vehicles)
     if not journey.times_ns:
         raise RecordingError(f"{recording.path}: holds no {recording.channels.vehicles.topic}: nothing was run")
+    return summarize_journey(scenario, journey, recording.last_extremes().extremes)
+
+
+def summarize_journey(scenario: Scenario, journey: Journey, extremes: CouplerExtremes) -> RunSummary:
+    """Summary of a run from a journey of at least one sample, and the extremes of all couplers."""
+    assert journey.times_ns is not None
     return _summary(
         scenario,
-        recording.last_extremes().extremes,
+        extremes,
         duration=(journey.times_ns[1] - journey.times_ns[0]) / NS_PER_S,
         stop_time=None if journey.standing_since_ns is None else journey.standing_since_ns / NS_PER_S,
         stop_time_resolution=1.0 / scenario.record_rate,
@@ -168,7 +174,7 @@ def summarize_recording(recording: Recording, scenario: Scenario) -> RunSummary:
     )
 
 
-class _Journey:
+class Journey:
     """What a summary needs of the vehicles' samples, taken piece by piece.
 
     ``times_ns`` and ``chainage`` [m] are those of the head in the first and the last sample; ``standing_since_ns`` is
@@ -183,6 +189,7 @@ class _Journey:
         self.final_speed = 0.0
 
     def add(self, vehicles: VehicleSeries) -> None:
+        """The next samples."""
         if not len(vehicles.time_ns):
             return
         time_ns, head = vehicles.time_ns, vehicles.chainage[:, 0]

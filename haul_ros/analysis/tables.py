@@ -9,8 +9,10 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from haul_ros.analysis.envelopes import bottomed_couplers, largest_force
 from haul_ros.files import create_file
@@ -71,6 +73,13 @@ def write_pieces(pieces: Iterable[Table], stem: Path) -> list[Path]:
             for append in appends:
                 append(batch)
     return files
+
+
+def write_arrays(arrays: Mapping[str, NDArray[Any]], path: Path) -> Path:
+    """Write arrays by name as one compressed ``.npz`` of numpy; returns the file."""
+    with create_file(path) as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+    return path
 
 
 def parquet_available() -> bool:

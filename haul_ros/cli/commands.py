@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from haul_ros.cli.values import coupler_numbers, dots, positive, seconds
+
 
 @dataclass(frozen=True, slots=True)
 class Subcommand:
@@ -38,8 +40,17 @@ def _info(parser: ArgumentParser) -> None:
 
 
 def _analyze(parser: ArgumentParser) -> None:
-    _file(parser)
+    _file(parser, "a recording, a bag's folder or one of its files")
     _output(parser, "DIR", "folder for the results, default: <FILE's name>_analysis")
+    parser.add_argument("--from", dest="begin", metavar="S", type=seconds, help="only from this simulation time on [s]")
+    parser.add_argument("--to", dest="end", metavar="S", type=seconds, help="only up to this simulation time [s]")
+    parser.add_argument(
+        "--couplers", metavar="N,N-N", type=coupler_numbers, help="tables of these couplers, and their samples: 1,50-60"
+    )
+    _train(parser)
+    _limit(parser)
+    parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
+    parser.add_argument("--dpi", metavar="N", type=dots, help="dots an inch of the pictures")
     _json(parser, "the summary")
 
 
@@ -131,6 +142,17 @@ def _watch(parser: ArgumentParser) -> None:
     )
 
 
+def _train(parser: ArgumentParser) -> None:
+    parser.add_argument("--node", metavar="NAME", help="full name of the train's node, where there are several trains")
+    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
+
+
+def _limit(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--limit", metavar="KN", type=positive, default=2250.0, help="force above which time is counted, default: 2250"
+    )
+
+
 def _file(parser: ArgumentParser, help_text: str | None = None) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help=help_text)
 
@@ -165,7 +187,7 @@ COMMANDS = (
     Subcommand("info", "tell what is in a recording", "haul_ros.cli.info:info", _info),
     Subcommand(
         "analyze",
-        "peaks per coupler as tables and figures, from a recording",
+        "forces, run-ins, fatigue, brakes and energy from any recording, as tables and figures",
         "haul_ros.cli.analyze:analyze",
         _analyze,
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from tqdm import tqdm
@@ -35,6 +35,15 @@ class Progress:
         self._bar.set_description_str(f"{simulated:7.2f} s  {speed:5.1f} km/h  {pace:4.0f} x real time", refresh=False)
         # A train may gather speed again: the bar does not run backwards
         self._bar.update(max(0.0, share_done(self._scenario, sample) - self._bar.n))
+
+
+@contextmanager
+def reading_progress() -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr, if that is a terminal, of how many samples of how many have been read; gone at the end."""
+    hidden = not sys.stderr.isatty()
+    form = "{desc}  {percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
+    with tqdm(desc="reading", total=1.0, bar_format=form, leave=False, disable=hidden, file=sys.stderr) as bar:
+        yield lambda done, of: bar.update(max(0.0, min(1.0, done / max(of, 1)) - bar.n))
 
 
 @contextmanager

@@ -279,6 +279,29 @@ def _clock_layout() -> _Layout:
     return _Layout.of(serialize(message, CLOCK), (_STAMP.size,))
 
 
+class Float64Codec:
+    """``std_msgs/Float64``, for many at once."""
+
+    counts = (1,)
+    """Lengths of the arrays of a message."""
+
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return _float64_layout().size
+
+    def decode_many(self, messages: NDArray[np.uint8]) -> tuple[FloatArray]:
+        """Values (m, 1) of messages (m, size) as a view of them, the only item.
+
+        Raises
+        ------
+        ValueError
+            A message is no Float64.
+        """
+        (values,) = _float64_layout().fields(messages)
+        return (values.view("<f8"),)
+
+
 def encode_float64(value: float) -> bytes:
     """CDR bytes of a ``std_msgs/Float64``."""
     head, tail = _float64_layout().constants

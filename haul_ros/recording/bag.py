@@ -76,6 +76,7 @@ class TrainBag(TrainSource):
         self.couplers = self._names(_COUPLERS)
         self.vehicles = self._names(_VEHICLES)
         self.samples = len(self._clock[0])
+        self.begin_ns, self.end_ns = int(self._clock[1][0]), int(self._clock[1][-1])
         slaves = sorted(
             (topic.removeprefix(f"{self.node}/").partition("/")[0] for topic in self._of_node("applied_brake")),
             key=lambda name: (name != "master", len(name), name),
@@ -148,17 +149,19 @@ class TrainBag(TrainSource):
                 sides.append(ExtremeArrays(stroke[0], times.take()[1][0], force[0]))
         return RecordedExtremes(int(time_ns[0]), extremes_of(*sides))
 
-    def air(self) -> tuple[PressureSeries, PressureSeries] | None:
-        """Pressure of brake pipe and auxiliary reservoirs; None without a pneumatic brake."""
+    def air(self) -> Iterator[tuple[PressureSeries, PressureSeries]]:
+        """Pressure of brake pipe and auxiliary reservoirs piece by piece; nothing without a pneumatic brake."""
         names = [f"{self.node}/{name}" for name in ("brake_pipe_pressure", "auxiliary_reservoir_pressure")]
         if not self.vehicles or not all(name in self._seen for name in names):
-            return None
-        batches = {name: PressureBatch(len(self.vehicles)) for name in names}
+            return
+        pipe, auxiliary = (PressureBatch(len(self.vehicles)) for _ in names)
+        batches = dict(zip(names, (pipe, auxiliary), strict=True))
         with reading(self.path):
             for message in self._messages(batches):
                 batches[message.topic].add(message)
-            pipe, auxiliary = (self._pressure(batch) for batch in batches.values())
-        return pipe, auxiliary
+                if max(len(pipe), len(auxiliary)) >= _BATCH:
+                    yield self._pressure(pipe), self._pressure(auxiliary)
+            yield self._pressure(pipe), self._pressure(auxiliary)
 
     def _choose(self, node: str | None) -> str:
         nodes = sorted(

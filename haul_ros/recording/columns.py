@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from mcap.records import ChunkIndex
 
-from haul_ros.messages.cdr import ArrayCodec, JointStateCodec
+from haul_ros.messages.cdr import ArrayCodec, Float64Codec, JointStateCodec
 from haul_ros.recording.chunks import Run, load_chunks, runs
 from haul_ros.recording.topics import TopicIndex
 
@@ -18,7 +18,7 @@ class Columns:
     Those that its messages do without are of shape (n, 0).
     """
 
-    def __init__(self, topic: str, codec: JointStateCodec | ArrayCodec, names: tuple[str, ...]) -> None:
+    def __init__(self, topic: str, codec: JointStateCodec | ArrayCodec | Float64Codec, names: tuple[str, ...]) -> None:
         self.topic = topic
         self.codec = codec
         self.names = names

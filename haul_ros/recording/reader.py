@@ -17,7 +17,7 @@ from mcap.records import Statistics
 from mcap.summary import Summary
 
 from haul_ros.errors import RecordingError
-from haul_ros.messages.cdr import JointStateCodec, decode_bool, decode_float64, decode_int32, typestore
+from haul_ros.messages.cdr import Float64Codec, JointStateCodec, decode_bool, decode_float64, decode_int32, typestore
 from haul_ros.messages.channels import BOOL, FLOAT64, INT32, LOG, Channel, ChannelTable
 from haul_ros.messages.encoder import Message
 from haul_ros.messages.quantities import (
@@ -213,6 +213,16 @@ class Recording:
         channel = self.channels.auxiliary_reservoir_pressure
         return None if channel is None else self._pressure_series(channel)
 
+    def air_blocks(self) -> Iterator[tuple[PressureSeries, PressureSeries]]:
+        """Both of these piece by piece, as `blocks`; nothing without a pneumatic brake."""
+        with self._border():
+            channels = self.channels.brake_pipe_pressure, self.channels.auxiliary_reservoir_pressure
+            names = self._joint_codec(self.channels.vehicles).names
+            columns = [_pressure_columns(channel, names) for channel in channels if channel is not None]
+            for _ in self._columns.read_by_chunk(columns) if columns else ():
+                pipe, auxiliary = map(_pressure, columns)
+                yield pipe, auxiliary
+
     def _pressure_series(self, channel: Channel) -> PressureSeries:
         with self._border():
             names = self._joint_codec(self.channels.vehicles).names
@@ -288,6 +298,9 @@ class Recording:
             msgtype = self._topics.msgtype(topic)
             if msgtype not in _SCALARS:
                 raise RecordingError(f"{self.path}: {topic} is {msgtype}, expected {', '.join(_SCALARS)}")
+            if msgtype == FLOAT64:  # efforts have as many messages as samples
+                columns = self._filled(Columns(topic, Float64Codec(), ()))
+                return ScalarSeries(columns.time_ns, columns.arrays[0][:, 0])
             decode = _SCALARS[msgtype]
             count = self._topics.count(topic)
             time_ns, values = np.empty(count, np.int64), np.empty(count)

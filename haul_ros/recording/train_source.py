@@ -14,8 +14,10 @@ class TrainSource(ABC):
     """A train in a recording; times are simulation times.
 
     ``node`` is the full name of the node that published it; ``couplers`` and ``vehicles`` are names in the order of the
-    samples, empty where there are none; ``locomotives`` are those that take commands, head first. ``title`` is what the
-    file says of itself, ``notes`` what it has lost, a line each, ``samples`` how many of couplers there are.
+    samples, empty where there are none; ``locomotives`` are those that take commands, head first.
+    ``scenario_document`` is that of a recording of haul_ros, None: there is none. ``title`` is what the
+    file says of itself, ``notes`` what it has lost, a line each, ``samples`` how many of couplers there are, from about
+    ``begin_ns`` to ``end_ns``.
     """
 
     path: Path
@@ -23,8 +25,11 @@ class TrainSource(ABC):
     couplers: tuple[str, ...]
     vehicles: tuple[str, ...]
     locomotives: tuple[str, ...]
+    scenario_document: str | None
     title: str
     samples: int
+    begin_ns: int
+    end_ns: int
     notes: tuple[str, ...]
 
     @abstractmethod
@@ -44,5 +49,5 @@ class TrainSource(ABC):
         """The largest values of every time step, as recorded last; None: they are not there."""
 
     @abstractmethod
-    def air(self) -> tuple[PressureSeries, PressureSeries] | None:
-        """Pressure of brake pipe and auxiliary reservoirs; None without a pneumatic brake."""
+    def air(self) -> Iterator[tuple[PressureSeries, PressureSeries]]:
+        """Pressure of brake pipe and auxiliary reservoirs piece by piece; nothing without a pneumatic brake."""

@@ -25,8 +25,10 @@ class RecordedTrain(TrainSource):
         self.node = recording.channels.prefix
         self.couplers, self.vehicles = recording.names()
         self.locomotives = facts.locomotives
+        self.scenario_document = recording.scenario_document
         self.title = f"{facts.scenario}: {facts.description}"
         self.samples = recording.count(recording.channels.couplers)
+        self.begin_ns, self.end_ns = facts.start_ns, facts.end_ns
         lost = (facts.dropped or 0) + facts.lost
         self.notes = (f"{lost} messages are missing in the file",) if lost else ()
 
@@ -47,10 +49,9 @@ class RecordedTrain(TrainSource):
         recorded = self.recording.count(self.recording.channels.max_compression)
         return self.recording.last_extremes() if recorded else None
 
-    def air(self) -> tuple[PressureSeries, PressureSeries] | None:
-        """Pressure of brake pipe and auxiliary reservoirs; None without a pneumatic brake."""
-        pipe, auxiliary = self.recording.pipe_pressure(), self.recording.auxiliary_pressure()
-        return None if pipe is None or auxiliary is None else (pipe, auxiliary)
+    def air(self) -> Iterator[tuple[PressureSeries, PressureSeries]]:
+        """Pressure of brake pipe and auxiliary reservoirs, a chunk of the file at a time."""
+        return self.recording.air_blocks()
 
 
 @contextmanager

@@ -17,9 +17,12 @@ def test_an_analysis_writes_its_tables_and_figures_into_a_new_folder(run: Record
     pytest.importorskip("pyarrow")
     folder = tmp_path / "results" / "short"
     result = analyze(run.path, folder)
-    assert [file.name for file in result.files] == ["peaks.csv", "peaks.parquet", "profile.png", "history.png"]
+    tables = ["peaks", "run_ins", "train", "rainflow", "brake_applications", "brake_timing", "radio_delays", "events"]
+    written = [f"{table}.{suffix}" for table in tables for suffix in ("csv", "parquet")]
+    assert [file.name for file in result.files] == [*written, "numbers.npz", "profile.png", "history.png"]
     assert set(folder.iterdir()) == set(result.files)
     assert all(file.stat().st_size > 0 for file in result.files)
+    assert result.summary is not None
     assert result.summary.scenario == "short_train"
 
 
@@ -28,7 +31,7 @@ def test_without_pyarrow_everything_but_parquet_is_written(
 ) -> None:
     monkeypatch.setattr(tables, "parquet_available", lambda: False)
     result = analyze(run.path, tmp_path)
-    assert [file.name for file in result.files] == ["peaks.csv", "profile.png", "history.png"]
+    assert {file.suffix for file in result.files} == {".csv", ".npz", ".png"}
     assert set(tmp_path.iterdir()) == set(result.files)
 
 
@@ -58,7 +61,7 @@ def test_the_default_folder_has_the_name_of_the_file_in_the_current_folder() -> 
     assert default_folder(Path("runs/stop.mcap")) == Path("stop_analysis")
 
 
-@pytest.mark.parametrize("name", ["peaks.csv", "peaks.parquet", "profile.png", "history.png"])
+@pytest.mark.parametrize("name", ["peaks.csv", "peaks.parquet", "numbers.npz", "profile.png", "history.png"])
 def test_a_link_in_the_place_of_a_result_is_not_followed(run: RecordedRun, tmp_path: Path, name: str) -> None:
     pytest.importorskip("pyarrow")
     (tmp_path / "out").mkdir()

@@ -114,7 +114,9 @@ def test_an_analysis_needs_no_more_memory_for_a_longer_recording(
 ) -> None:
     monkeypatch.setattr(run_file, "CHUNK_SIZE", 100_000)
     monkeypatch.setattr("haul_ros.analysis.bundle.HISTORY_COLUMNS", 50)
-    monkeypatch.setattr("haul_ros.analysis.bundle.save_png", lambda *_: None)
+    monkeypatch.setattr("haul_ros.analysis.numbers._LEAST_PIECE", 50)
+    monkeypatch.setattr("haul_ros.analysis.brake_plots.MOST_POINTS", 50)
+    monkeypatch.setattr("haul_ros.analysis.pictures.PictureFormat.save", lambda *_: None)
     peaks = []
     for number, samples in enumerate((500, 500, 3000)):  # the first one pays for what is made once
         path = tmp_path / f"{number}.mcap"

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from haul_ros.analysis.history import read_history
 from haul_ros.analysis.plots import HISTORY_COLUMNS, BrakeEvent, brake_events, history_figure, profile_figure
 from haul_ros.analysis.plotting import save_png
+from haul_ros.analysis.train_layout import TrainLayout
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import ScalarSeries
@@ -25,7 +26,7 @@ SECOND = 10**9
 
 @pytest.fixture
 def profile(scenario: Scenario, run: RecordedRun) -> Figure:
-    return profile_figure(scenario.consist, run.session.extremes(), "short train")
+    return profile_figure(TrainLayout.of(scenario.consist), run.session.extremes(), "short train")
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def history(scenario: Scenario, run: RecordedRun) -> Figure:
     with Recording(run.path) as recording:
         shown = read_history(recording, HISTORY_COLUMNS)
     events = [BrakeEvent(0.5, 0, True), BrakeEvent(1.5, 21, True), BrakeEvent(3.0, 21, False)]
-    return history_figure(scenario.consist, shown, events, "short train")
+    return history_figure(TrainLayout.of(scenario.consist), shown, events, "short train")
 
 
 def test_every_change_of_an_applied_brake_is_an_event() -> None:
@@ -61,7 +62,7 @@ def test_the_profile_names_the_locomotives_where_they_are_and_neighbours_once(ru
     scenario = load_scenario("daqin_1_2_1")
     extremes = run.session.extremes()
     wide = {name: np.resize(getattr(extremes, name), 207) for name in extremes.__slots__}
-    force = profile_figure(scenario.consist, type(extremes)(**wide), "train").axes[0]
+    force = profile_figure(TrainLayout.of(scenario.consist), type(extremes)(**wide), "train").axes[0]
     (top,) = force.child_axes
     assert [tick.get_text() for tick in top.get_xticklabels()] == ["master", "slave 1, slave 2", "slave 3"]
     assert top.get_xticks().tolist() == [0.5, 104.0, 207.5]
@@ -70,9 +71,9 @@ def test_the_profile_names_the_locomotives_where_they_are_and_neighbours_once(ru
 def test_the_profile_shows_strokes_of_draft_gears_only(scenario: Scenario, run: RecordedRun) -> None:
     couplers = list(scenario.consist.couplers)
     couplers[3] = couplers[8] = None
-    stroke = profile_figure(replace(scenario.consist, couplers=tuple(couplers)), run.session.extremes(), "train").axes[
-        1
-    ]
+    stroke = profile_figure(
+        TrainLayout.of(replace(scenario.consist, couplers=tuple(couplers))), run.session.extremes(), "train"
+    ).axes[1]
     for line in stroke.get_lines()[:2]:
         assert np.asarray(line.get_xdata()).tolist() == [j for j in range(1, 22) if j not in (4, 9)]
 
