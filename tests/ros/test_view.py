@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -15,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from playwright.sync_api import WebSocket
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
 
 from tests.browser import Watched, headless_browser
 from tests.ros.live_node import LOCOMOTIVES, TABLE
@@ -139,44 +142,37 @@ def count_frames(socket: WebSocket, frames: list[int]) -> None:
     socket.on("framereceived", take)
 
 
-def test_without_drive_a_page_looks_at_the_node_that_was_named_and_nothing_more(
-    start_node: StartNode, observer: Observer
-) -> None:
+def test_without_drive_a_page_chooses_among_nodes_and_does_nothing_more(start_node: StartNode) -> None:
+    start_node(record_path="none", scenario="daqin_1_1_0")
     start_node(record_path="none", ros_arguments=["-r", "__ns:=/yard"])
+    emergency = {"do": "command", "locomotive": "master", "kind": "emergency", "value": 1}
     with viewing("--node", "/yard/haul") as (_, address):
-        greeting, answer = ask_over_socket(
-            address, {"do": "command", "locomotive": "master", "kind": "emergency", "value": 1}
-        )
-    assert greeting["node"] == "/yard/haul"
-    assert greeting["drive"] is False
-    assert len(greeting["train"]["couplers"]) == 207
-    assert [found["vehicle"] for found in greeting["train"]["locomotives"]] == [0, 103, 104, 207]
+        yard, answer, haul = asyncio.run(asyncio.wait_for(look(address, emergency), 60.0))
+    assert (yard["node"], yard["drive"], len(yard["train"]["couplers"])) == ("/yard/haul", False, 207)
+    assert [found["vehicle"] for found in yard["train"]["locomotives"]] == [0, 103, 104, 207]
     assert (answer["done"], answer["text"]) == (False, "this page only looks: haul view --drive gives a desk")
+    assert (haul["node"], len(haul["train"]["couplers"])) == ("/haul", 205)
 
 
-def ask_over_socket(address: str, asked: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The greeting with a train, and the answer."""
-    import asyncio
+async def look(address: str, asked: dict[str, Any]) -> tuple[dict[str, Any], ...]:
+    """What a page is told of the train that it comes to, as answer, and of ``/haul``, which it then chooses."""
+    origin, _, query = address.partition("/?")
+    request = HTTPRequest(f"ws{origin.removeprefix('http')}/live?{query}", headers={"Origin": origin})
+    socket = await websocket_connect(request)
 
-    from tornado.httpclient import HTTPRequest
-    from tornado.websocket import websocket_connect
-
-    async def ask() -> tuple[dict[str, Any], dict[str, Any]]:
-        origin, _, query = address.partition("/?")
-        request = HTTPRequest(f"ws{origin.removeprefix('http')}/live?{query}", headers={"Origin": origin})
-        socket = await websocket_connect(request)
-        greeting: dict[str, Any] | None = None
+    async def told(what: str, node: str | None = None) -> dict[str, Any]:
         while True:
             message = await socket.read_message()
             assert message is not None
-            told = json.loads(message) if isinstance(message, str) else {}
-            if told.get("is") == "hello" and told["train"]:
-                greeting = told
-                await socket.write_message(json.dumps(asked))
-            if told.get("is") == "answer" and greeting:
-                return greeting, told
+            found: dict[str, Any] = json.loads(message) if isinstance(message, str) else {}
+            if found.get("is") == what and (node is None or (found["node"] == node and found["train"])):
+                return found
 
-    return asyncio.run(asyncio.wait_for(ask(), 60.0))
+    yard = await told("hello", "/yard/haul")
+    await socket.write_message(json.dumps(asked))
+    answer = await told("answer")
+    await socket.write_message(json.dumps({"do": "watch", "node": "/haul"}))
+    return yard, answer, await told("hello", "/haul")
 
 
 @pytest.mark.parametrize(

@@ -285,7 +285,7 @@ export function timeCharts(view) {
           dash: k % 2 === 1,
           stepped: true,
           values: run.held(run.applied[name]).map((value) => 100 * value),
-          text: (value) => (Number.isFinite(value) ? `${value.toFixed(0)} %` : "–"),
+          text: (value) => (Number.isFinite(value) ? `${value.toFixed(1)} %` : "–"),
         })),
     }),
     new TimeChart(view, "cylinder-chart", "Brake cylinder pressure [kPa]", { curves: () => places(run.quantities.cylinder, 1), range: fromZero(50) }),

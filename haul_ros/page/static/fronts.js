@@ -1,7 +1,7 @@
 // What a brake does along the train, found in cylinder pressures: where it begins to apply, and to release.
 
 const LEAST = 0.015; // of the largest pressure: less is no application
-const STILL = 0.5; // seconds without rise after which a further rise is a new one
+const STILL = 2; // seconds without rise after which a further rise is a new one
 const APART = 1.5; // seconds between neighbours of one front
 
 // When each vehicle's pressure begins to rise or to fall: [time, +1 or -1] for each vehicle.
@@ -54,7 +54,7 @@ export function brakeFronts(pressure, time, count) {
 }
 
 const STRAIGHT = 0.08; // seconds by which a front may depart from a straight line
-const SHORTEST_LEG = 8; // vehicles
+const SHORTEST_LEG = 1 / 8; // of the train
 
 // Indices at which a line of points has to be kept, so that no point lies further beside it (Ramer 1972).
 function corners(points, from, to) {
@@ -85,7 +85,7 @@ export function brakeWaves(fronts, places) {
       const [begin, end] = [points[from], points[to]].sort((a, b) => a[0] - b[0]);
       const leg = points.slice(from, to + 1).map(([time, vehicle]) => [time, places[vehicle]]);
       from = to;
-      if (Math.abs(begin[1] - end[1]) < SHORTEST_LEG || end[0] - begin[0] < STRAIGHT) continue;
+      if (Math.abs(begin[1] - end[1]) < SHORTEST_LEG * places.length || end[0] - begin[0] < STRAIGHT) continue;
       found.push({ direction, begin, end, speed: Math.abs(slope(leg)) });
     }
   }

@@ -84,10 +84,10 @@ class Desk:
 
     def _asked_command(self, asked: dict[str, Any]) -> Command:
         kinds = {kind.value: kind for kind in CommandKind}
-        kind, locomotive, value = kinds.get(str(asked.get("kind"))), asked.get("locomotive"), asked.get("value")
+        kind, locomotive, value = kinds.get(str(asked.get("kind"))), str(asked.get("locomotive")), asked.get("value")
         if kind is None or (locomotive, kind) not in self._publishers:
             raise CommandError("no such command or locomotive")
-        command = Command(str(locomotive), kind, _number(value))
+        command = Command(locomotive, kind, _number(value))
         command.check()
         return command
 

@@ -29,7 +29,7 @@ def found_trains(node: Node) -> dict[str, FoundTrain]:
     topics = [topic for topic, _ in node.get_topic_names_and_types()]
     masters = [topic for topic in topics if topic.endswith(f"/{MASTER}{_APPLIED}") and node.count_publishers(topic)]
     found = {}
-    for name in sorted(topic.removesuffix(f"/{MASTER}{_APPLIED}") for topic in masters):
+    for name in sorted(filter(None, (topic.removesuffix(f"/{MASTER}{_APPLIED}") for topic in masters))):
         locomotives = [
             match[1]
             for topic in topics
