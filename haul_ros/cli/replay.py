@@ -10,7 +10,8 @@ from dataclasses import asdict
 from haul_ros.analysis.replay import Comparison, replay_and_compare, session_with_changes
 from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
 from haul_ros.cli.interrupt import interruption
-from haul_ros.cli.layout import resolutions
+from haul_ros.cli.layout import resolutions, rows
+from haul_ros.cli.notices import Notices
 from haul_ros.cli.progress import progress
 from haul_ros.cli.run import announce_compilation, exit_status, finishing, new_recorder, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
@@ -73,18 +74,21 @@ def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
     with interruption() as interrupted:
         recorder = new_recorder(arguments.output, session.scenario, encoder, recording.metadata["compression"])
         with finishing(recorder) as failure, progress(session.scenario, quiet=arguments.json) as bar:
-            again = simulate(session, encoder, recorder, bar.show, interrupted)
-        _print(arguments, recorded, again)
+            notices = Notices()
+            again = simulate(session, encoder, recorder, bar.show, interrupted, notices)
+        _print(arguments, recorded, again, notices)
         return exit_status(again, failure, interrupted)
 
 
-def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary) -> None:
+def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary, notices: Notices) -> None:
     if arguments.json:
-        both = {"recorded": summary_json(recorded), "again": summary_json(again), "recording": str(arguments.output)}
+        anew = summary_json(again) | notices.json()
+        both = {"recorded": summary_json(recorded), "again": anew, "recording": str(arguments.output)}
         print(json.dumps(both, indent=2))
     else:
         changes = ", ".join(arguments.overrides) or "no change"
         print(one_line(f"{arguments.file}, and again with {changes}: {arguments.output}"))
-        print("\n".join(side_by_side(recorded, again)))
+        happened = rows((name, f"run again: {text}") for name, text in notices.entries())
+        print("\n".join(side_by_side(recorded, again) + happened))
     for warning in warnings(again):
         print(f"haul: warning: {warning}", file=sys.stderr)

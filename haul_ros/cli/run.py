@@ -13,6 +13,7 @@ from pathlib import Path
 from haul_ros.analysis.summary import RunSummary, summarize_session
 from haul_ros.cli.interrupt import Interruption, interruption
 from haul_ros.cli.layout import file_size, rows
+from haul_ros.cli.notices import Notices
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
 from haul_ros.errors import RecordingError, one_line
@@ -43,8 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
         recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
         with finishing(recorder) as failure, progress(scenario, quiet=arguments.quiet) as bar:
             announce_compilation()
-            summary = simulate(Session(scenario, play_commands=True), encoder, recorder, bar.show, interrupted)
-        _print(arguments, summary, interrupted(), recorded=not failure)
+            session, notices = Session(scenario, play_commands=True), Notices()
+            summary = simulate(session, encoder, recorder, bar.show, interrupted, notices)
+        _print(arguments, summary, notices, interrupted(), recorded=not failure)
         return exit_status(summary, failure, interrupted)
 
 
@@ -102,8 +104,9 @@ def simulate(
     recorder: McapRecorder | None,
     show: Callable[[Sample], None],
     interrupted: Callable[[], bool],
+    notices: Notices,
 ) -> RunSummary:
-    """Run a session to its end or until interrupted, recorded and shown; its summary.
+    """Run a session to its end or until interrupted, recorded, shown and noticed; its summary.
 
     Raises
     ------
@@ -114,20 +117,26 @@ def simulate(
     for log in periods(session, interrupted):
         if recorder:
             recorder.put(encoder.messages(log), time.time_ns())
+        notices.add(log)
         if log.sample is not None:
             show(log.sample)
+    notices.unintended_releases = session.unintended_releases
     return summarize_session(session, time.perf_counter() - began)
 
 
-def _print(arguments: argparse.Namespace, summary: RunSummary, interrupted: bool, *, recorded: bool) -> None:
+def _print(
+    arguments: argparse.Namespace, summary: RunSummary, notices: Notices, interrupted: bool, *, recorded: bool
+) -> None:
     output: Path | None = arguments.output if recorded else None
     if arguments.json:
         recording = str(output) if output else None
-        print(json.dumps(summary_json(summary) | {"recording": recording, "interrupted": interrupted}, indent=2))
+        more = notices.json() | {"recording": recording, "interrupted": interrupted}
+        print(json.dumps(summary_json(summary) | more, indent=2))
     elif not arguments.quiet:
-        print("\n".join(summary_lines(summary)))
+        entries = notices.entries()
         if output:
-            print("\n".join(rows([("recorded", one_line(f"{output}, {file_size(output.stat().st_size)}"))])))
+            entries.append(("recorded", one_line(f"{output}, {file_size(output.stat().st_size)}")))
+        print("\n".join(summary_lines(summary) + rows(entries)))
     for warning in warnings(summary):
         print(f"haul: warning: {warning}", file=sys.stderr)
     if interrupted:

@@ -201,3 +201,35 @@ def test_a_closed_draft_gear_is_warned_of(haul: Haul) -> None:
         r"haul: warning: draft gear closed fully at coupler_\d{3} and \d+ more: the force there is steel on steel\n",
         outcome.err,
     )
+
+
+def test_the_summary_tells_of_separations_and_of_brakes_that_do_what_nobody_asked(haul: Haul) -> None:
+    """A coupler is opened on the way; its hose parts, both parts stop by emergency, and nothing else is told of."""
+    faults = "faults={events: [{at_s: 1, uncouple: 7}]}"
+    arguments = ("run", "short.yaml", "--set", "brakes=pneumatic", "--set", "commands=[]", "--set", faults)
+    commands = "commands=[{at_s: 0.5, locomotive: master, traction_kN: 500}]"
+    outcome = haul(*arguments, "--set", commands)
+    told = dict(
+        re.findall(r"^  (separation|control valves|brake application|released unasked) +(.*)$", outcome.out, re.M)
+    )
+    assert set(told) == {"separation", "control valves"}
+    assert re.fullmatch(r"at 1\.000 s coupler_007: uncoupled under \d+\.\d kN of \w+; and 1 more", told["separation"])
+    assert "undesired emergency: no locomotive has asked for it; and " in told["control valves"]
+    found = json.loads(haul(*arguments, "--set", commands, "--json").out)
+    assert found["events"]["separation"]["count"] == 2
+    assert found["events"]["separation"]["first_time_s"] == 1.0
+    assert found["events"]["application"] == {"count": 0, "first_time_s": None, "first": None}
+    assert found["unintended_releases"] == 0
+
+
+def test_the_summary_counts_vehicles_that_release_unasked(haul: Haul) -> None:
+    """The rear of the train, cut off by a cock, stays charged; once the cock is opened its air releases the front."""
+    outcome = haul(
+        *("run", "short.yaml", "--set", "consist=[{vehicle: SS4, role: master}, {vehicle: C80, count: 20}]"),
+        *("--set", "brakes=pneumatic", "--set", "commands=[{at_s: 2, locomotive: master, brake: 0.3}]"),
+        *("--set", "faults={events: [{at_s: 1, close_angle_cock: 11}, {at_s: 20, open_angle_cock: 11}]}"),
+        *("--set", "max_duration_s=30"),
+    )
+    ((count,),) = [re.findall(r"^  released unasked +(\d+) vehicles$", outcome.out, re.M)]
+    assert 5 <= int(count) <= 11  # of the locomotive and ten wagons
+    assert re.search(r"^  control valves +at 20\.\d{3} s vehicle_.*: unintended release: ", outcome.out, re.M)
