@@ -18,6 +18,7 @@ from haul_ros.model.track import Track
 from haul_ros.physics.train_model import ValveState
 from haul_ros.simulation.applications import ApplicationWatch
 from haul_ros.simulation.overspeed import OverspeedWatch
+from haul_ros.simulation.releases import ReleaseWatch
 from haul_ros.units import NS_PER_S, mps_to_kmh, seconds_to_ns
 
 SLACK_SPEED = 0.1
@@ -71,6 +72,7 @@ class EventDetector:
         self._applications = None
         if isinstance(brakes, PneumaticBrake):
             self._applications = ApplicationWatch(consist, brakes, partial(_named, names=self._vehicle_names))
+        self._releases = ReleaseWatch(len(consist.vehicles))
         self.released = np.zeros(len(consist.vehicles), dtype=bool)
         """Vehicles whose pneumatic brake has released without a command so far."""
         self.overspeed = OverspeedWatch(consist, track or Track())
@@ -114,11 +116,11 @@ class EventDetector:
             for i, name in self._watched.items()
             if before.applied[i] != valves.applied[i]
         ]
-        tripped, released = valves.emergency & ~before.emergency, before.applied & ~valves.applied
+        tripped, released = valves.emergency & ~before.emergency, self._releases.unasked(before, valves, now.sample)
         if tripped.any() and not (valves.emergency_commanded or before.emergency_commanded):
             at = _named(np.flatnonzero(tripped), self._vehicle_names)
             found.append(Event(time_ns, EventKind.VALVE, f"{at}: undesired emergency: no locomotive has asked for it"))
-        if released.any() and not (valves.release_commanded or before.release_commanded):
+        if released.any():
             self.released |= released
             at = _named(np.flatnonzero(released), self._vehicle_names)
             found.append(Event(time_ns, EventKind.VALVE, f"{at}: unintended release: no locomotive has asked for it"))

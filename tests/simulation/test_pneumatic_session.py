@@ -191,6 +191,37 @@ def test_a_release_that_nobody_asked_for_is_told() -> None:
     assert all("unintended release" in text for text in unintended)
 
 
+def test_a_release_that_is_still_under_way_when_the_brake_is_applied_again_was_asked_for() -> None:
+    """100 wagons release within 5 s, at some 250 m/s; after 2 s the locomotive applies again."""
+    consist = [{"vehicle": "SS4", "role": "master"}, {"vehicle": "C80", "count": 100}]
+    session = Session(scenario(consist=consist, initial_speed_kmh=0))
+    released = 0
+    for demand, seconds in ((0.5, 55), (0.0, 2), (0.5, 10)):
+        session.request(brake("master", demand))
+        for _ in range(seconds * 10):
+            before = session._model.valves()
+            session.advance(100)
+            now = session._model.valves()
+            assert before is not None
+            assert now is not None
+            if seconds == 10:
+                released += int(np.count_nonzero(before.applied & ~now.applied))
+            assert not [text for kind, text in events(session) if kind is EventKind.VALVE]
+    assert released > 30
+
+
+def test_a_valve_that_is_cut_out_has_not_released_by_itself() -> None:
+    session = Session(scenario(faults={"events": [{"at_s": 10, "cut_out_valve": 5}]}))
+    session.request(brake("master", 0.5))
+    told = []
+    for _ in range(20 * 50):
+        session.advance()
+        told += events(session)
+    assert (EventKind.FAULT, "vehicle_005_C80: control valve cut out") in told
+    assert not [text for kind, text in told if kind is EventKind.VALVE]
+    assert session.unintended_releases == 0
+
+
 def test_a_run_is_over_when_train_and_air_have_come_to_rest() -> None:
     logs = list(
         periods(Session(scenario(commands=[{"at_s": 1, "locomotive": "master", "brake": 0.6}]), play_commands=True))
