@@ -19,6 +19,7 @@ from tests.physics.physics_cases import (
     history,
     linear_gear,
     model,
+    slack_gear,
     train_of,
     vehicle,
     wagon_resistance,
@@ -152,3 +153,44 @@ def test_the_bars_of_a_lump_bear_the_traction_of_all_locomotives_of_an_instant_w
     for extremes in found:
         np.testing.assert_allclose(extremes.tension, [150e3, 0.0, 0.0], atol=1e-6)
         np.testing.assert_allclose(extremes.compression, [0.0, 0.0, 150e3], atol=1e-6)
+
+
+@pytest.mark.parametrize("slack", [29e-3, 30e-3, 31e-3])
+def test_a_bar_bears_most_at_the_instant_within_a_step_at_which_the_gear_behind_takes_up_its_slack(
+    slack: float,
+) -> None:
+    # Two wagons on a bar run into a heavier one, and the last stays behind until the slack is used up. Until then
+    # s = v/omega sin(omega t) in the gear ahead and the bar pushes the rear wagon with half of its force; then what
+    # pulls behind takes more off it than what comes ahead.
+    ahead, pair, v, stiffness = 100e3, 40e3, 0.5, 1e7
+    omega = np.sqrt(stiffness * (1.0 / ahead + 1.0 / pair))
+
+    def travelled(t: float) -> float:
+        return (v * pair * t + ahead * v / omega * np.sin(omega * t)) / (ahead + pair)
+
+    low, high = 0.0, 0.5 * np.pi / omega
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if travelled(middle) < 0.5 * slack else (low, middle)
+    gears = [linear_gear(stiffness, stiffness), None, slack_gear(linear_gear(6e7, 6e7), slack)]
+    vehicles = [vehicle(ahead), vehicle(20e3), vehicle(20e3), vehicle(100e3)]
+    train = model(train_of(vehicles, gears), [20.0, 20.0 + v, 20.0])
+    train.advance(int(low * 1e3) + 4)
+    extremes = train.extremes()
+    assert extremes.compression[1] == pytest.approx(0.5 * stiffness * v / omega * np.sin(omega * low), rel=2e-4)
+    assert extremes.compression_time[1] == pytest.approx(low, abs=1e-5)
+
+
+def test_bars_beside_gears_with_hysteresis_bear_as_much_as_at_short_steps() -> None:
+    # Where the stroke rate comes below the transition speed a gear's force has a corner too, and may turn at once.
+    speed = 20.0 + 0.1 * np.random.default_rng(24).standard_normal(10)
+    gears = [*[linear_gear(3e7, 9e6), None, None] * 8, linear_gear(3e7, 9e6), None]
+    found = []
+    for step in (1e-3, 2e-5):
+        train = model(train_of([vehicle(20e3)] * 27, gears), speed, time_step=step)
+        train.advance(round(0.3 / step))
+        extremes = train.extremes()
+        bars = np.array([gear is None for gear in gears])
+        found.append(np.concatenate((extremes.compression[bars], extremes.tension[bars])))
+    floor = 0.1 * np.max(found[1])
+    assert np.max(np.abs(found[0] - found[1]) / np.maximum(found[1], floor)) < 2.5e-3

@@ -16,6 +16,7 @@ from haul_ros.physics.kernel.brake_force import fill_cylinders, interpolate_coef
 from haul_ros.physics.kernel.brake_wave import advance_waves
 from haul_ros.physics.kernel.commit import drawbars_at_end
 from haul_ros.physics.kernel.data import PARTS, Floats
+from haul_ros.physics.kernel.drawbar_corners import keep_drawbars_on_the_way
 from haul_ros.physics.kernel.extremes import keep_extremes, keep_extremes_on_the_way
 from haul_ros.physics.kernel.newmark import balance_at_start, largest_residual, solve_step, take_step
 from haul_ros.physics.kernel.resolution import too_long
@@ -47,6 +48,8 @@ def _step(blocks: Blocks) -> int:
         counters.part = 2 * part if grows else part
         divided += 1 if part < PARTS else 0
         keep_extremes_on_the_way(blocks, (counters.step + done / PARTS) * time_step, h)
+        if blocks.settings[0].has_drawbars:
+            keep_drawbars_on_the_way(blocks, (counters.step + done / PARTS) * time_step, h)
         take_step(blocks, h)
         if iterations < 0:
             counters.unconverged_steps += 1
