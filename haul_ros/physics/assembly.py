@@ -18,6 +18,7 @@ from haul_ros.physics.air_assembly import assemble_air, no_air
 from haul_ros.physics.hinges import side_hinges
 from haul_ros.physics.kernel import data
 from haul_ros.physics.kernel.blocks import Blocks, named, row_count
+from haul_ros.physics.kernel.resolution import PRELOADED_CONTACT, SLACK_CONTACT, STIFF_CONTACT
 from haul_ros.physics.lumping import LumpedTrain
 from haul_ros.units import GRAVITY
 
@@ -78,7 +79,7 @@ def assemble(
         members=np.array(data.Members(lumped.first, lumped.end)),
         mass_parameters=np.array(data.MassParameters(lumped.mass)),
         masses=_zeros("masses", n_masses),
-        gear_parameters=_gear_parameters(lumped.gears, lumped.mass),
+        gear_parameters=_gear_parameters(lumped.gears, lumped.mass, time_step),
         hinges=_hinges(lumped.gears),
         gears=_zeros("gears", n_gears),
         grades=_grade_pieces(track),
@@ -203,13 +204,19 @@ def _efforts(vehicle: VehicleType) -> dict[str, float]:
     }
 
 
-def _gear_parameters(gears: Sequence[DraftGear], mass: Floats) -> Floats:
+def _largest_swing(gear: DraftGear, time_step: float) -> float:
+    """Swing [rad] of a gear's contacts that a part of a time step [s] may go through."""
+    stiff = SLACK_CONTACT if gear.slack > 0.0 else STIFF_CONTACT
+    return min(data.LARGEST_SWING, (PRELOADED_CONTACT if gear.preloaded else stiff) * time_step)
+
+
+def _gear_parameters(gears: Sequence[DraftGear], mass: Floats, time_step: float) -> Floats:
     parameters = data.GearParameters(
         inverse_transition_speed=np.array([1.0 / gear.transition_speed for gear in gears]),
         full_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
         full_draft_stroke=np.array([gear.maximum_stroke + gear.slack / 2.0 for gear in gears]),
         inverse_reduced_mass=1.0 / mass[:-1] + 1.0 / mass[1:],
-        preloaded=np.array([gear.preloaded for gear in gears]),
+        largest_swing=np.array([_largest_swing(gear, time_step) for gear in gears]),
         strength=np.array([gear.strength for gear in gears]),
         hose_reach=np.full(len(gears), np.inf),
     )

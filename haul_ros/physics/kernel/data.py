@@ -288,8 +288,8 @@ class GearParameters(NamedTuple):
     """The same in draft; infinite once the coupler is parted [m]."""
     inverse_reduced_mass: Floats
     """1/m1 + 1/m2 of the masses that it joins [1/kg]."""
-    preloaded: Floats
-    """1 for a gear with a preload, in buff or in draft [-]."""
+    largest_swing: Floats
+    """Of its masses in contact, in a part of a time step, see `haul_ros.physics.kernel.resolution` [rad]."""
     strength: Floats
     """Tension at which the coupler breaks; infinite: never, or it is parted already [N]."""
     hose_reach: Floats
