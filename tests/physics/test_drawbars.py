@@ -166,7 +166,7 @@ def test_a_bar_bears_most_at_the_instant_within_a_step_at_which_the_gear_behind_
     omega = np.sqrt(stiffness * (1.0 / ahead + 1.0 / pair))
 
     def travelled(t: float) -> float:
-        return (v * pair * t + ahead * v / omega * np.sin(omega * t)) / (ahead + pair)
+        return float((v * pair * t + ahead * v / omega * np.sin(omega * t)) / (ahead + pair))
 
     low, high = 0.0, 0.5 * np.pi / omega
     for _ in range(60):
