@@ -367,7 +367,8 @@ class TrainModel:
     def set_brake_valve(self, vehicle: int, demand: float) -> None:
         """Put the brake valve of a locomotive to a demand, 0 released to 1 full service, by hand.
 
-        It opens its feed again, whatever had closed it, if that demand is release.
+        It opens its feed again, whatever had closed it, if that demand is release; an application opens none, for a
+        valve that maintains its reduction would charge a pipe that an emergency or a parted hose has emptied.
         """
         assert self._pneumatic is not None
         self._turn_valve(vehicle, self._pneumatic.pressure_for(demand), emergency=False)
@@ -380,7 +381,9 @@ class TrainModel:
         k, valves = self._driver_valve[vehicle], self._train.driver_valves
         valves.target[k] = pressure + ATMOSPHERE
         valves.emergency[k] = float(emergency)
-        valves.tripped[k] = valves.feed_cut[k] = valves.charged[k] = 0.0
+        valves.charged[k] = 0.0
+        if valves.target[k] >= self._train.air[0].charge_pressure:
+            valves.tripped[k] = valves.feed_cut[k] = 0.0
 
     def _air(self) -> float:
         """Air in brake and main reservoirs, plus what has left, less what compressors have brought [kg]."""

@@ -191,6 +191,25 @@ def test_a_release_that_nobody_asked_for_is_told() -> None:
     assert all("unintended release" in text for text in unintended)
 
 
+@pytest.mark.parametrize("fault", ["part_hose", "slave in emergency"])
+def test_an_application_does_not_charge_a_pipe_that_an_emergency_has_emptied(fault: str) -> None:
+    """With UIC distributors, whose brake valve maintains its reduction; the pipe held 350 kPa and cylinders let go."""
+    session = Session(scenario(brakes="pneumatic_uic", radio__default__delay_s=0))
+    if fault == "part_hose":
+        session._model.part_hose(10)
+    else:
+        session.request(brake("slave_1", 1.0, CommandKind.EMERGENCY))
+    session.advance(8_000)
+    before = session.sample()
+    session.request(brake("master", 1.0))
+    session.advance(10_000)
+    after = session.sample()
+    assert before.pipe_pressure is not None
+    assert after.pipe_pressure is not None
+    assert (after.pipe_pressure <= before.pipe_pressure + 1e3).all()
+    assert (after.cylinder_pressure >= before.cylinder_pressure - 1e3).all()
+
+
 def test_a_release_that_is_still_under_way_when_the_brake_is_applied_again_was_asked_for() -> None:
     """100 wagons release within 5 s, at some 250 m/s; after 2 s the locomotive applies again."""
     consist = [{"vehicle": "SS4", "role": "master"}, {"vehicle": "C80", "count": 100}]
