@@ -80,6 +80,7 @@ class ApplicationWatch:
         self._consist, self._brake, self._names = consist, brake, names
         self._targets: FloatArray | None = None
         self._lowest, self._highest = np.full(count, np.inf), np.full(count, -np.inf)
+        self._left = np.full(count, np.inf)
         self._pipe_at_start = np.full(count, np.inf)
         self._level, self._pipe_level, self._since_ns = np.zeros(count), np.zeros(count), np.zeros(count, np.int64)
         self._asked, self._asked_pipe = np.zeros(count), brake.pressure
@@ -124,6 +125,7 @@ class ApplicationWatch:
 
     def _start_watch(self, time_ns: int) -> None:
         self._since_ns[:] = time_ns
+        self._left[:] = np.inf
         for sort in self._sorts:
             sort.restart()
 
@@ -132,7 +134,10 @@ class ApplicationWatch:
         begun = valves.applied & (self._cylinder > self._lowest + BEGUN)
         np.maximum(self._highest, self._cylinder, out=self._highest, where=begun | (self._highest > -np.inf))
         self._lowest[valves.out_of_use], self._highest[valves.out_of_use] = np.inf, -np.inf
-        self._fallen.found |= self._highest - self._cylinder > LOST
+        fallen = self._highest - self._cylinder > LOST
+        # The least is told: a cylinder may have filled again when it is
+        np.minimum(self._left, self._cylinder, out=self._left, where=fallen)
+        self._fallen.found |= fallen
 
     def _watch_what_is_asked(self, time_ns: int, valves: ValveState) -> None:
         demanding = valves.targets < self._brake.pressure
@@ -153,7 +158,7 @@ class ApplicationWatch:
         self._short.found |= settled & (self._cylinder < self._asked - LOST) & ~self._fallen.found
 
     def _words_of_fallen(self, new: Flags) -> str:
-        left, had = self._cylinder[new].min() / 1e3, self._highest[new].max() / 1e3
+        left, had = self._left[new].min() / 1e3, self._highest[new].max() / 1e3
         return f"application not held: cylinders down to {left:.0f} kPa from up to {had:.0f}, nobody has released"
 
     def _words_of_short(self, new: Flags) -> str:

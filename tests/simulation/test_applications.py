@@ -220,6 +220,28 @@ def test_what_waits_to_be_told_is_told_when_the_application_ends_or_the_run(end:
     assert sorted(told) == list(range(1, 22))
 
 
+def test_the_least_that_a_cylinder_had_is_told_though_it_has_filled_again() -> None:
+    """A slave, whose feed an outage has cut like the others', charges the pipe against them; the master asks for more."""
+    names = ("HXD2", *["C80_empty"] * 4, "HXD1", "C80_empty", "HXD1")
+    roles = {0: "master", 5: "slave", 7: "slave"}
+    consist = [{"vehicle": name} | ({"role": roles[i]} if i in roles else {}) for i, name in enumerate(names)]
+    outage = {"outages": [{"from_s": 0.2, "to_s": 0.4}]}
+    session = session_of(consist=consist, brakes="pneumatic_600", radio__default=outage)
+    told = run(session, 1)
+    brake(session, 1.0, "slave_1")
+    told += run(session, 9.8)
+    brake(session, 0.0, "slave_2")
+    told += run(session, 2.2)
+    brake(session, 0.3)
+    told += run(session, 6.6)
+    last = session.take_log(last=True).entries
+    texts = [text for _, text in told] + [entry.text for entry in last if isinstance(entry, Event)]
+    found = [re.findall(r"down to (\d+) kPa from up to (\d+)", text) for text in texts]
+    pressures = [(int(left), int(had)) for pairs in found for left, had in pairs]
+    assert pressures
+    assert all(had - left >= 20 for left, had in pressures)
+
+
 def mentioned(text: str) -> set[int]:
     """Numbers of the vehicles that an event names."""
     names = text.split(": ")[0].split(", ")
