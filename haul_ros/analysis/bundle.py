@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from haul_ros.analysis.brake_plots import BrakeHistory
 from haul_ros.analysis.coupler_series import CouplerRecorder
@@ -98,17 +100,35 @@ def analyze(
         reading.add_air()
         tables = number_tables(numbers, reading.layout, reading.couplers, source.events()) | reading.series()
         with options.pictures.style():
-            pictures = reading.pictures(numbers)
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-                files = [file for name, table in tables.items() for file in write_table(table, folder / name)]
-                files.append(write_arrays(arrays_of(tables, numbers), folder / "numbers.npz"))
-                for name, figure in pictures.items():
-                    files.append(folder / f"{name}.{options.pictures.suffix}")
-                    options.pictures.save(figure, files[-1])
-            except OSError as error:
-                raise AnalysisError(f"{error.filename or folder}: cannot be written: {error.strerror}") from error
+            figures, arrays = reading.pictures(numbers), {"numbers": arrays_of(tables, numbers)}
+            files = write_files(folder, tables, figures, options.pictures, arrays)
         return Analysis(reading.title, reading.layout, numbers, reading.summary(numbers), tuple(files))
+
+
+def write_files(
+    folder: Path,
+    tables: Mapping[str, Table],
+    figures: Mapping[str, Figure],
+    pictures: PictureFormat,
+    arrays: Mapping[str, Mapping[str, NDArray[Any]]] | None = None,
+) -> list[Path]:
+    """Write tables, arrays and pictures by their names into a folder, made if missing; returns the files.
+
+    Raises
+    ------
+    AnalysisError
+        The folder or a file cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files = [file for name, table in tables.items() for file in write_table(table, folder / name)]
+        files += [write_arrays(of_file, folder / f"{name}.npz") for name, of_file in (arrays or {}).items()]
+        for name, figure in figures.items():
+            files.append(folder / f"{name}.{pictures.suffix}")
+            pictures.save(figure, files[-1])
+    except OSError as error:
+        raise AnalysisError(f"{error.filename or folder}: cannot be written: {error.strerror}") from error
+    return files
 
 
 class _Reading:

@@ -63,8 +63,8 @@ class CouplerRecorder:
         above, below = figure.subplots(2, 1, sharex=True)
         colours = shades(len(self._columns))
         for axes, values, label in (
-            (above, force / 1e3, "coupler force [kN]"),
-            (below, stroke * 1e3, "draft gear stroke [mm]"),
+            (above, force / 1e3, "force [kN]"),
+            (below, stroke * 1e3, "stroke [mm]"),
         ):
             for i, column in enumerate(self._columns):
                 style = DASHES[i % len(DASHES)]

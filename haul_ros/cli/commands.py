@@ -42,16 +42,39 @@ def _info(parser: ArgumentParser) -> None:
 def _analyze(parser: ArgumentParser) -> None:
     _file(parser, "a recording, a bag's folder or one of its files")
     _output(parser, "DIR", "folder for the results, default: <FILE's name>_analysis")
-    parser.add_argument("--from", dest="begin", metavar="S", type=seconds, help="only from this simulation time on [s]")
-    parser.add_argument("--to", dest="end", metavar="S", type=seconds, help="only up to this simulation time [s]")
+    _window(parser)
     parser.add_argument(
         "--couplers", metavar="N,N-N", type=coupler_numbers, help="tables of these couplers, and their samples: 1,50-60"
     )
-    _train(parser)
+    _node_name(parser)
+    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
     _limit(parser)
-    parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
-    parser.add_argument("--dpi", metavar="N", type=dots, help="dots an inch of the pictures")
-    _json(parser, "the summary")
+    _pictures(parser)
+    _json(parser, "what was found")
+
+
+def _compare(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "files",
+        metavar="FILE",
+        type=Path,
+        nargs="+",
+        help="recordings, the first to compare with, and .csv of line tests",
+    )
+    _output(parser, "DIR", "folder for the results, default: comparison")
+    _window(parser)
+    _repeatable(
+        parser,
+        "--map",
+        "COLUMN=TARGET",
+        "what a column of a .csv shows: coupler_050 [kN], -coupler_050 where tension is positive, vehicle_001 [km/h] "
+        "or time [s]; or a file of such lines; may be repeated",
+    )
+    parser.add_argument("--offset", metavar="S", type=seconds, default=0.0, help="add to measured times [s]")
+    _node_name(parser)
+    _limit(parser)
+    _pictures(parser)
+    _json(parser, "the numbers")
 
 
 def _report(parser: ArgumentParser) -> None:
@@ -142,9 +165,18 @@ def _watch(parser: ArgumentParser) -> None:
     )
 
 
-def _train(parser: ArgumentParser) -> None:
+def _window(parser: ArgumentParser) -> None:
+    parser.add_argument("--from", dest="begin", metavar="S", type=seconds, help="only from this simulation time on [s]")
+    parser.add_argument("--to", dest="end", metavar="S", type=seconds, help="only up to this simulation time [s]")
+
+
+def _pictures(parser: ArgumentParser) -> None:
+    parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
+    parser.add_argument("--dpi", metavar="N", type=dots, help="dots an inch of the pictures")
+
+
+def _node_name(parser: ArgumentParser) -> None:
     parser.add_argument("--node", metavar="NAME", help="full name of the train's node, where there are several trains")
-    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
 
 
 def _limit(parser: ArgumentParser) -> None:
@@ -192,10 +224,17 @@ COMMANDS = (
         _analyze,
     ),
     Subcommand(
+<<<<<<< HEAD
         "report",
         "one page to look at a recording in a browser: forces, profile, brakes, events, peaks; one file, offline",
         "haul_ros.cli.report:report",
         _report,
+=======
+        "compare",
+        "recordings side by side, and measured line tests beside them",
+        "haul_ros.cli.compare:compare",
+        _compare,
+>>>>>>> 15ff240 (Compare recordings, and measured line tests with them: haul compare)
     ),
     Subcommand(
         "study",

@@ -82,7 +82,7 @@ def _foreign_lines(found: ForeignRecording) -> list[str]:
             [
                 ("time", f"{found.duration:.3f} s by the clock of its recorder"),
                 ("messages", str(found.messages)),
-                ("scenario", "not in it: haul analyze and haul replay need a recording by the node itself"),
+                ("scenario", "not in it: haul replay needs a recording by the node itself, haul analyze does without"),
             ]
         ),
         *_topic_lines(found.topics),
