@@ -140,7 +140,7 @@ class TrainWork:
             kinetic=float(self._mass @ last_speed**2) / 2.0,
             brake_work=float(self._brakes.sum()),
             resistance_work=float(self._resistance.sum()),
-            gravity_work=-float(self._mass @ lifted) * GRAVITY,
+            gravity_work=0.0 - float(self._mass @ lifted) * GRAVITY,  # not -0 on the level
             traction_work=self._traction,
             electric_brake_work=self._electric,
             gear_stored=stored,

@@ -144,7 +144,9 @@ def _radio_lines(numbers: Numbers) -> list[tuple[str, str]]:
         came = [delay for delay in delays if delay is not None]
         told = f"{min(came):.3f} to {max(came):.3f} s" if came else "none"
         missing = f", {len(delays) - len(came)} not followed" if len(came) < len(delays) else ""
-        entries.append(("radio delay", f"{slave}: {told} in {len(delays)} commands{missing}"))
+        entries.append(
+            ("radio delay", f"{slave}: {told} in {len(delays)} command{'s' if len(delays) > 1 else ''}{missing}")
+        )
     return entries
 
 

@@ -17,6 +17,7 @@ from haul_ros.errors import RecordingError
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording import run_file
+from haul_ros.recording.bag import TrainBag
 from haul_ros.recording.trains import open_train
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.simulation.batch import periods
@@ -230,3 +231,32 @@ def test_extremes_that_are_older_than_the_last_sample_are_made_up_for(
     assert (found.couplers.best.compression >= found.couplers.peaks.compression).all()
     assert (found.couplers.best.compression > extremes.extremes.compression).any()
     assert found.train.energy is not None
+
+
+def test_a_bag_of_couplers_alone_gives_what_they_tell(tmp_path: Path) -> None:
+    couplers = [message for message in TRAIN.messages() if message.topic.endswith("/couplers")]
+    with open_train(write_mcap(tmp_path / "couplers.mcap", couplers)) as source:
+        layout = TrainLayout.from_names(source)
+        found = numbers_of(source, scenario_of(source))
+    assert layout.vehicles == ("vehicle_001", "vehicle_002", "vehicle_003")
+    assert found.couplers.peaks.compression.tolist() == [300e3, 2500e3]
+    assert not len(found.train.motion.time)
+    assert not found.train.stops
+    assert [note.split(":")[0] for note in found.notes] == [
+        "no scenario in it",
+        "no /haul/vehicles in it",
+        "no /haul/master/applied_brake in it",
+    ]
+    assert "distance_m" not in number_tables(found, layout)["train"]
+
+
+def test_an_unfinished_recording_of_another_train_than_its_scenario_is_refused(
+    scenario: Scenario, run: RecordedRun
+) -> None:
+    with open_train(run.path) as source:
+        bag = TrainBag(run.path)
+        assert bag.scenario_document == source.scenario_document
+        assert scenario_of(bag) is not None
+        bag.couplers = bag.couplers[:-1]
+        with pytest.raises(RecordingError, match="its scenario is of another train than its samples"):
+            scenario_of(bag)

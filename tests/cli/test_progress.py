@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from haul_ros.cli.progress import progress
+from haul_ros.cli.progress import progress, reading_progress
 from haul_ros.model.scenario import Scenario
 from haul_ros.scenario import load_scenario
 from haul_ros.simulation.session import Session
@@ -50,3 +50,21 @@ def test_there_is_no_bar_where_stderr_is_no_terminal(scenario: Scenario, capsys:
     with progress(scenario, quiet=False) as bar:
         bar.show(Session(scenario).sample())
     assert capsys.readouterr().err == ""
+
+
+def test_reading_shows_how_much_has_been_read_and_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with reading_progress() as show:
+        show(500, 2000)
+        show(2500, 2000)  # a file may have more than its index said
+    shown = terminal.getvalue()
+    assert "reading" in shown
+    assert "  0 %|" in shown
+    assert not shown.split("\r")[-1].strip()
+
+
+def test_reading_shows_nothing_where_stderr_is_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    with reading_progress() as show:
+        show(1, 1)
+    assert capsys.readouterr() == ("", "")
