@@ -78,7 +78,8 @@ def _compare(parser: ArgumentParser) -> None:
 
 
 def _report(parser: ArgumentParser) -> None:
-    _file(parser)
+    _file(parser, "a recording, a bag's folder or one of its files")
+    _train(parser)
     _output(parser, "FILE.html", "the new file, default: <FILE's name>.html")
     _json(parser)
 
@@ -224,17 +225,16 @@ COMMANDS = (
         _analyze,
     ),
     Subcommand(
-<<<<<<< HEAD
-        "report",
-        "one page to look at a recording in a browser: forces, profile, brakes, events, peaks; one file, offline",
-        "haul_ros.cli.report:report",
-        _report,
-=======
         "compare",
         "recordings side by side, and measured line tests beside them",
         "haul_ros.cli.compare:compare",
         _compare,
->>>>>>> 15ff240 (Compare recordings, and measured line tests with them: haul compare)
+    ),
+    Subcommand(
+        "report",
+        "one page to look at a recording in a browser: forces, profile, brakes, events, peaks; one file, offline",
+        "haul_ros.cli.report:report",
+        _report,
     ),
     Subcommand(
         "study",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from haul_ros.errors import HaulError
 from haul_ros.files import write_new_file
 from haul_ros.page.contents import report_contents
 from haul_ros.page.document import page
-from haul_ros.recording.reader import Recording
+from haul_ros.recording.trains import open_train
 
 
 class ReportError(HaulError):
@@ -26,11 +27,20 @@ class Report:
 
 def default_report(recording: Path) -> Path:
     """``<name of the file>.html`` in the current folder."""
-    return Path(f"{recording.stem}.html")
+    return Path(f"{recording.resolve().stem}.html")
 
 
-def write_report(recording: Path, path: Path) -> Report:
-    """Write the report of a recording to a new file, once all of the recording has been read.
+def write_report(
+    recording: Path,
+    path: Path,
+    *,
+    node: str | None = None,
+    run: int | None = None,
+    show: Callable[[int, int], None] = lambda _done, _of: None,
+) -> Report:
+    """Write the report of a recording of any kind to a new file, once all of the recording has been read.
+
+    ``node`` and ``run`` choose a train as `open_train` does; ``show`` is told how many samples of how many are read.
 
     Raises
     ------
@@ -39,8 +49,8 @@ def write_report(recording: Path, path: Path) -> Report:
     """
     if path.exists():
         raise ReportError(f"{path}: exists already, expected the name of a new file (-o)")
-    with Recording(recording) as opened:
-        data = page(report_contents(opened)).encode()
+    with open_train(recording, node, run) as source:
+        data = page(report_contents(source, show)).encode()
     try:
         write_new_file(path, data)
     except (OSError, ValueError) as error:  # ValueError: a null byte in the name

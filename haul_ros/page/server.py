@@ -21,8 +21,8 @@ from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from haul_ros.errors import HaulError
-from haul_ros.page.contents import Message
 from haul_ros.page.document import page
+from haul_ros.page.train import Message
 
 LOOPBACK = "127.0.0.1"
 MOST_BROWSERS = 8

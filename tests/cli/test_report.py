@@ -32,7 +32,7 @@ def test_report_writes_one_file_and_overwrites_none(recorded: Haul) -> None:
 
 
 def test_what_cannot_be_reported_leaves_no_file(recorded: Haul) -> None:
-    Path("bad.mcap").write_bytes(Path("run.mcap").read_bytes()[:-1000])
+    Path("bad.mcap").write_bytes(bytes(8) + Path("run.mcap").read_bytes()[8:])
     for file, output in (("bad.mcap", "a.html"), ("missing.mcap", "a.html"), ("run.mcap", "no_folder/a.html")):
         outcome = recorded("report", file, "-o", output)
         assert outcome.status == 2

@@ -17,7 +17,9 @@ from haul_ros.page import contents
 from haul_ros.page.contents import report_contents
 from haul_ros.page.document import page
 from haul_ros.recording.reader import Recording
+from haul_ros.recording.trains import open_train
 from haul_ros.units import NS_PER_S
+from tests.bags import Train, write_mcap
 from tests.page.test_packing import unpacked
 
 TRAIN = """\
@@ -51,8 +53,10 @@ def close(packed: dict[str, Any], values: FloatArray) -> None:
 
 
 def test_quantities_are_those_of_the_recording_in_the_units_of_the_field(record: Record) -> None:
-    with Recording(record("pneumatic")) as recording:
-        found: Any = report_contents(recording)
+    path = record("pneumatic")
+    with open_train(path) as source:
+        found: Any = report_contents(source)
+    with Recording(path) as recording:
         samples, pipe = recording.samples(), recording.pipe_pressure()
         extremes = recording.last_extremes().extremes
     assert pipe is not None
@@ -79,8 +83,10 @@ def test_of_a_long_recording_each_instant_is_the_largest_of_several(
     record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(contents, "MOST_INSTANTS", 10)
-    with Recording(record("paper_set_b")) as recording:
-        found: Any = report_contents(recording)
+    path = record("paper_set_b")
+    with open_train(path) as source:
+        found: Any = report_contents(source)
+    with Recording(path) as recording:
         force = recording.couplers().force / 1e3
     assert "pipe" not in found["quantities"]
     shown = unpacked(found["quantities"]["force"])
@@ -88,10 +94,35 @@ def test_of_a_long_recording_each_instant_is_the_largest_of_several(
     assert np.abs(shown).max(axis=0) == pytest.approx(
         np.abs(force).max(axis=0), abs=found["quantities"]["force"]["step"]
     )
-    assert f"{len(force)} samples are shown as 10" in " ".join(found["notes"])
+    notes = " ".join(found["notes"])
+    assert f"{len(force)} samples of /haul." in notes
+    assert "The samples are shown as 10, each" in notes
 
 
 def test_no_text_can_end_the_data_or_the_title() -> None:
     text = page({"title": "</title></script><!--$style &amp;", "description": "</script>\u2028", "live": True})
     assert text.count("</script>") == 3  # data, uPlot, program
     assert "<title>&lt;/title&gt;&lt;/script&gt;&lt;!--$style &amp;amp;</title>" in text
+
+
+def test_a_bag_of_another_recorder_is_shown_without_scenario_and_without_what_it_lacks(tmp_path: Path) -> None:
+    rows = np.arange(20.0)[:, np.newaxis]
+    force, speed = 1e3 * (rows + np.array([1.0, -2.0, 3.0])), 20.0 - rows + np.zeros(4)
+    arrays = {"force": force, "stroke": force / 1e8, "stroke_rate": 0.0 * force, "speed": speed}
+    chainage = np.array([100.0, 88.0, 76.0, 64.0]) + rows
+    bag = Train(
+        0.1 * rows[:, 0], chainage=chainage, brake_force=0.0 * speed, pressure=1e3 * speed, node="/yard/haul", **arrays
+    )
+    messages = [message for message in bag.messages() if not message.topic.endswith("/brake_cylinder_pressure")]
+    write_mcap(tmp_path / "line_test.mcap", messages)
+    with open_train(tmp_path / "line_test.mcap") as source:
+        found: Any = report_contents(source)
+    assert found["train"]["places"] == [0.0, 12.0, 24.0, 36.0]
+    assert found["train"]["locomotives"] == []
+    close(found["quantities"]["force"], force / 1e3)
+    close(found["quantities"]["speed"], 3.6 * speed[:, [0, 1, 3]])
+    assert np.isnan(unpacked(found["quantities"]["cylinder"])).all()
+    assert found["peaks"]["compression"] == [20.0, 17.0, 22.0]
+    assert found["tables"]["peaks"]["count"] == 3
+    assert any("no scenario in it" in note for note in found["notes"])
+    assert "<title>line_test.mcap" in page(found)

@@ -11,9 +11,9 @@ from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.consist import Consist
 from haul_ros.model.log import PeriodLog
 from haul_ros.model.sample import Sample
+from haul_ros.page.train import locomotive_vehicles
 from haul_ros.resources import shipped_scenarios
 from haul_ros.ros.view.frames import FrameMaker
-from haul_ros.ros.view.graph import locomotive_vehicles
 from haul_ros.scenario import load_scenario
 
 MakeSample = Callable[[int], Sample]

@@ -5,7 +5,7 @@ import { Controls } from "./controls.js";
 import { byId, element } from "./dom.js";
 import { ColourBar, HeatMap } from "./heatmap.js";
 import { connect } from "./live.js";
-import { Arrivals, Chips, Events, Peaks, showSummary, Waves } from "./tables.js";
+import { Arrivals, Chips, Events, NumberTables, Peaks, showSummary, Waves } from "./tables.js";
 import { unpackedRun } from "./unpacking.js";
 import { View } from "./view.js";
 
@@ -53,6 +53,7 @@ async function start() {
   showSummary(contents.summary);
   byId("notes").replaceChildren(...contents.notes.map((note) => element("p", {}, note)));
   const { view } = show(run, false);
+  new NumberTables(view, contents.tables);
   firstChoice(view, run.peaks);
 }
 

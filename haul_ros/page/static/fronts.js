@@ -77,7 +77,7 @@ function slope(points) {
 }
 
 // The straight parts of fronts, each a wave that runs one way: when and where it begins and ends, and how fast it is [m/s].
-export function brakeWaves(fronts, places) {
+export function brakeWaves(fronts, places, vehicles) {
   const found = [];
   for (const { direction, points } of fronts) {
     let from = 0;
@@ -85,8 +85,8 @@ export function brakeWaves(fronts, places) {
       const [begin, end] = [points[from], points[to]].sort((a, b) => a[0] - b[0]);
       const leg = points.slice(from, to + 1).map(([time, vehicle]) => [time, places[vehicle]]);
       from = to;
-      if (Math.abs(begin[1] - end[1]) < SHORTEST_LEG * places.length || end[0] - begin[0] < STRAIGHT) continue;
-      found.push({ direction, begin, end, speed: Math.abs(slope(leg)) });
+      if (Math.abs(begin[1] - end[1]) < SHORTEST_LEG * vehicles || end[0] - begin[0] < STRAIGHT) continue;
+      found.push({ direction, begin, end, speed: places.length ? Math.abs(slope(leg)) : Number.NaN });
     }
   }
   return found.sort((a, b) => a.begin[0] - b.begin[0]);

@@ -45,7 +45,7 @@ export class HeatMap {
     if (changed.has("data") && performance.now() - this.searched > (view.live ? FRONTS_PERIOD : 0)) {
       this.searched = performance.now();
       this.fronts = brakeFronts(view.run.quantities.cylinder, view.run.time, view.run.count);
-      this.waves = brakeWaves(this.fronts, view.run.places);
+      this.waves = brakeWaves(this.fronts, view.run.places, view.run.vehicles.length);
       this.arrivals = radioArrivals(view.run);
     }
     if (["data", "range", "quantity", "theme"].some((what) => changed.has(what))) this.paint();

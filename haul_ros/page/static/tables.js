@@ -4,6 +4,7 @@ import { styleColour } from "./colours.js";
 import { byId, element, seconds } from "./dom.js";
 
 const MOST_EVENTS = 500; // lines shown
+const MOST_ROWS = 1000; // of a table
 
 export class Chips {
   constructor(view) {
@@ -165,13 +166,62 @@ export class Waves {
       if (!changed.has("data")) return;
       const rows = map.waves.slice(-200).map(({ direction, begin, end, speed }) => {
         const what = direction > 0 ? "applies" : "releases";
-        const cells = [what, begin[1] + 1, begin[0].toFixed(2), end[1] + 1, end[0].toFixed(2), speed.toFixed(0)];
+        const cells = [what, begin[1] + 1, begin[0].toFixed(2), end[1] + 1, end[0].toFixed(2), Number.isNaN(speed) ? "–" : speed.toFixed(0)];
         return element("tr", { onclick: () => view.look(begin[0]) }, ...cells.map((text) => element("td", {}, String(text))));
       });
       byId("waves-body").replaceChildren(...rows);
       byId("waves").hidden = !rows.length;
     });
   }
+}
+
+// The numbers of haul analyze, a table at a time.
+export class NumberTables {
+  constructor(view, tables) {
+    Object.assign(this, { view, tables, order: null });
+    const names = Object.keys(tables);
+    byId("tables").hidden = !names.length;
+    byId("table-name").replaceChildren(...names.map((name) => element("option", { value: name }, name.replaceAll("_", " "))));
+    byId("table-name").addEventListener("change", () => {
+      this.order = null;
+      this.draw();
+    });
+    if (names.length) this.draw();
+  }
+
+  sortBy(column) {
+    const falling = this.order?.column === column ? !this.order.falling : true;
+    this.order = { column, falling };
+    this.draw();
+  }
+
+  draw() {
+    const { columns, rows, count } = this.tables[byId("table-name").value];
+    const { order } = this;
+    const heads = columns.map((name, k) => {
+      const sorted = k === order?.column ? (order.falling ? "descending" : "ascending") : false;
+      return element("th", { scope: "col", "aria-sort": sorted }, element("button", { type: "button", onclick: () => this.sortBy(k) }, name.replaceAll("_", " ")));
+    });
+    byId("table-head").replaceChildren(element("tr", {}, ...heads));
+    const shown = order ? [...rows].sort((a, b) => (order.falling ? -1 : 1) * compared(a[order.column], b[order.column])) : rows;
+    const lines = shown.slice(0, MOST_ROWS).map((row) => element("tr", { onclick: () => this.go(columns, row) }, ...row.map((value) => element("td", {}, value === null ? "–" : String(value)))));
+    byId("table-body").replaceChildren(...lines);
+    byId("table-note").textContent = count > lines.length ? `${lines.length} of ${count} rows` : "";
+  }
+
+  // To the coupler that a row is of, and to its time.
+  go(columns, row) {
+    const { view } = this;
+    const coupler = row.find((value) => typeof value === "string" && view.run.couplers.includes(value));
+    if (coupler) view.choose(view.run.couplers.indexOf(coupler));
+    const time = row[columns.findIndex((name) => name.endsWith("time_s") || name.endsWith("begin_s"))];
+    if (typeof time === "number") view.look(time);
+  }
+}
+
+function compared(a, b) {
+  if (typeof a === "string" || typeof b === "string") return String(b ?? "").localeCompare(String(a ?? ""), "en", { numeric: true });
+  return (a ?? Number.NEGATIVE_INFINITY) - (b ?? Number.NEGATIVE_INFINITY) || 0;
 }
 
 // Figures of the whole run, each a label, a value and where or when.

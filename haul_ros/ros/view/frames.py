@@ -10,7 +10,7 @@ import numpy as np
 from haul_ros.messages.cdr import ArrayCodec, JointStateCodec
 from haul_ros.messages.quantities import CouplerArrays, VehicleArrays, pressure_codec
 from haul_ros.model.sample import FloatArray
-from haul_ros.page.contents import head_middle_tail
+from haul_ros.page.train import head_middle_tail, places_of
 from haul_ros.units import NS_PER_S, mps_to_kmh
 
 _STAMP = struct.Struct("<iI")
@@ -56,7 +56,7 @@ class FrameMaker:
         if vehicles and self.vehicles is None:
             self.vehicles = JointStateCodec.of(vehicles[-1])
             chainage = VehicleArrays(*self.vehicles.decode(vehicles[-1])).chainage
-            self.places = np.nan_to_num(chainage[0] - chainage).tolist()
+            self.places = places_of(chainage)
             self._pressure = pressure_codec(len(self.vehicles.names))
             self._cylinder = self._pipe = np.zeros(len(self.vehicles.names))
         if self.couplers is None or self.vehicles is None or self._pressure is None:

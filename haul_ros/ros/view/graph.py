@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rclpy.node import Node
@@ -48,19 +47,6 @@ def chosen_train(found: dict[str, FoundTrain], name: str | None) -> FoundTrain |
     if name is not None:
         return found.get(name)
     return found.get(DEFAULT_PREFIX) or next(iter(found.values()), None)
-
-
-def locomotive_vehicles(vehicles: Sequence[str], locomotives: Sequence[str]) -> dict[str, int | None]:
-    """At which vehicle (index) each locomotive is; None: not known.
-
-    No topic tells it. Where as many vehicles are of the type of the first, ``SS4`` in ``vehicle_001_SS4``, as there are
-    locomotives, these are they, as in all shipped scenarios.
-    """
-    types = [name.split("_", 2)[-1] for name in vehicles]
-    alike = [index for index, kind in enumerate(types) if kind == types[0]]
-    if len(alike) != len(locomotives):
-        return dict.fromkeys(locomotives)
-    return dict(zip(locomotives, alike, strict=True))
 
 
 def _place(locomotive: str) -> int:

@@ -16,9 +16,9 @@ from haul_ros.messages.channels import ChannelTable, channel_table
 from haul_ros.messages.quantities import ExtremeArrays, time_codec
 from haul_ros.model.command import Command, CommandKind
 from haul_ros.model.sample import CouplerExtremes
-from haul_ros.page.contents import Message, command_entry, peaks, train
+from haul_ros.page.train import Message, command_entry, locomotive_vehicles, peaks, train
 from haul_ros.ros.view.frames import FrameMaker
-from haul_ros.ros.view.graph import FoundTrain, chosen_train, found_trains, locomotive_vehicles
+from haul_ros.ros.view.graph import FoundTrain, chosen_train, found_trains
 from haul_ros.ros.view.reading import Inlet
 from haul_ros.units import NS_PER_S
 
