@@ -46,8 +46,7 @@ def _analyze(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--couplers", metavar="N,N-N", type=coupler_numbers, help="tables of these couplers, and their samples: 1,50-60"
     )
-    _node_name(parser)
-    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
+    _train(parser)
     _limit(parser)
     _pictures(parser)
     _json(parser, "what was found")
@@ -174,6 +173,11 @@ def _window(parser: ArgumentParser) -> None:
 def _pictures(parser: ArgumentParser) -> None:
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png", help="of the pictures")
     parser.add_argument("--dpi", metavar="N", type=dots, help="dots an inch of the pictures")
+
+
+def _train(parser: ArgumentParser) -> None:
+    _node_name(parser)
+    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
 
 
 def _node_name(parser: ArgumentParser) -> None:
