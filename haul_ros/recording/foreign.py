@@ -9,6 +9,7 @@ from pathlib import Path
 from mcap.reader import SeekingReader
 from mcap.writer import MCAP0_MAGIC
 
+from haul_ros.errors import RecordingError
 from haul_ros.messages.channels import JOINT_STATE
 from haul_ros.recording.info import TopicInfo
 from haul_ros.recording.integrity import check_chunks, check_data, check_summary
@@ -41,7 +42,7 @@ class ForeignRecording:
 
 
 def is_own(path: Path) -> bool:
-    """Whether a file is a finished recording of haul_ros, as far as its ends tell.
+    """Whether a file is a finished recording of haul_ros, as far as its ends tell, one that tools have rewritten too.
 
     Raises
     ------
@@ -51,7 +52,20 @@ def is_own(path: Path) -> bool:
     with open_existing(path) as stream, reading(path):
         head = stream.read(_LONGEST_HEADER)
         stream.seek(max(0, os.fstat(stream.fileno()).st_size - len(MCAP0_MAGIC)))
-        return head.startswith(MCAP0_MAGIC) and _OWN_LIBRARY.encode() in head and stream.read() == MCAP0_MAGIC
+        finished = head.startswith(MCAP0_MAGIC) and stream.read() == MCAP0_MAGIC
+    return finished and (_OWN_LIBRARY.encode() in head or _describes_a_run(path))
+
+
+def _describes_a_run(path: Path) -> bool:
+    """Whether a finished file has the record in which haul_ros describes a run; False of what cannot be read."""
+    try:
+        with open_finished(path) as stream, reading(path):
+            size = os.fstat(stream.fileno()).st_size
+            check_summary(stream.fileno(), size)
+            summary = SeekingReader(stream, record_size_limit=size).get_summary()
+    except RecordingError:
+        return False
+    return summary is not None and any(index.name == RECORD_NAME for index in summary.metadata_indexes)
 
 
 def foreign_recording(path: Path) -> ForeignRecording | None:

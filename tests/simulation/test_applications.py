@@ -221,7 +221,7 @@ def test_what_waits_to_be_told_is_told_when_the_application_ends_or_the_run(end:
 
 
 def test_the_least_that_a_cylinder_had_is_told_though_it_has_filled_again() -> None:
-    """A slave, whose feed an outage has cut like the others', charges the pipe against them; the master asks for more."""
+    """A slave, cut off by an outage like the others, charges the pipe against them; the master asks for more."""
     names = ("HXD2", *["C80_empty"] * 4, "HXD1", "C80_empty", "HXD1")
     roles = {0: "master", 5: "slave", 7: "slave"}
     consist = [{"vehicle": name} | ({"role": roles[i]} if i in roles else {}) for i, name in enumerate(names)]
