@@ -96,6 +96,7 @@ def test_reading_the_help_imports_nothing_that_carries_a_command_out() -> None:
         "haul_ros.cli.commands",
         "haul_ros.cli.main",
         "haul_ros.cli.values",
+        "haul_ros.ending",
         "haul_ros.resources",
         "haul_ros.version",
     }
