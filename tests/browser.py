@@ -12,6 +12,8 @@ from time import monotonic
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
 
+from tests.waiting import WAIT
+
 PHONE = {"width": 390, "height": 844}
 DESKTOP = {"width": 1400, "height": 900}
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -37,6 +39,7 @@ class Watched:
 
     def __init__(self, browser: Browser, *, scheme: str = "light") -> None:
         self.page: Page = browser.new_page(viewport=DESKTOP, color_scheme=scheme)  # type: ignore[arg-type]
+        self.page.set_default_timeout(1e3 * WAIT)
         self.complaints: list[str] = []
         self.requests: list[str] = []
         self.page.on("console", self._told)
@@ -54,7 +57,7 @@ class Watched:
         self.page.goto(url)
         self.page.wait_for_selector("body[data-ready]")
 
-    def wait_for(self, condition: Callable[[], bool], what: str, longest: float = 30.0) -> None:
+    def wait_for(self, condition: Callable[[], bool], what: str, longest: float = WAIT) -> None:
         """The policy of the page keeps conditions in JavaScript from being waited for."""
         end = monotonic() + longest
         while not condition():

@@ -103,7 +103,7 @@ def test_installed_program_finds_its_scenarios(installed: Path, tmp_path: Path) 
         env=_environment(PYTHONPATH=found),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=WAIT,
         check=True,
     ).stdout
     assert "<title>made</title>" in made
