@@ -18,6 +18,7 @@ from haul_ros.analysis.peaks import PeakFinder, SampledPeaks
 from haul_ros.analysis.radio_delays import RadioDelay, radio_delays
 from haul_ros.analysis.reversals import ReversalCounter
 from haul_ros.analysis.run_in import ContactFinder, Contacts
+from haul_ros.analysis.sample_check import SampleCheck
 from haul_ros.errors import RecordingError
 from haul_ros.model.sample import CouplerExtremes, FloatArray
 from haul_ros.model.scenario import Scenario
@@ -184,8 +185,10 @@ class _Gathering:
         self._applications = _applications(source, window)
         self._fillings = FillingRecorder([(begin, end) for begin, end, _ in self._applications])
         self._times: list[FloatArray] = []
+        self._check = SampleCheck(source.path)
 
     def add(self, block: Samples) -> None:
+        self._check.add(block)
         couplers, vehicles, pressure = block
         time = couplers.time_ns / NS_PER_S
         force, stroke = couplers.force, couplers.stroke

@@ -36,9 +36,13 @@ from haul_ros.recording.train_source import TrainSource
 
 MOST_ENTRIES = 2_000_000
 """Numbers and events of all topics but the samples: some 200 MB of memory."""
-_BATCH = 400
-"""Samples of a block."""
-_COUPLERS, _VEHICLES = "/couplers", "/vehicles"
+MOST_SAMPLES = 10_000_000
+"""Samples of couplers, 55 hours at 50 Hz: 160 MB of memory for their times."""
+MOST_KEPT = 256 * 1024 * 1024
+"""Bytes of events, and of the first messages of topics that may be a train's."""
+_BATCH, _BATCH_BYTES = 400, 32 * 1024 * 1024
+"""Samples of a block, and bytes of their messages."""
+_COUPLERS, _VEHICLES, _EVENTS = "/couplers", "/vehicles", "/events"
 _EXTREMES = ("max_compression", "max_tension", "max_compression_time", "max_tension_time")
 _NUMBERS = (FLOAT64, BOOL, INT32)
 _LARGEST_NUMBER = 1024
@@ -99,7 +103,8 @@ class TrainBag(TrainSource):
         with reading(self.path):
             for message in self._messages(by_topic):
                 by_topic[message.topic](message)
-                if max(len(couplers), len(vehicles), len(pressure)) >= _BATCH:
+                count = max(len(couplers), len(vehicles), len(pressure))
+                if count >= _BATCH or couplers.size + vehicles.size + pressure.size >= _BATCH_BYTES:
                     yield self._block(couplers, vehicles, pressure)
             yield self._block(couplers, vehicles, pressure)
 
@@ -117,7 +122,7 @@ class TrainBag(TrainSource):
 
     def events(self) -> tuple[Event, ...]:
         """What happened, in order of time; of kinds that this version knows."""
-        seen = self._seen.get(f"{self.node}/events")
+        seen = self._seen.get(f"{self.node}{_EVENTS}")
         events = []
         known = {kind.value: kind for kind in EventKind}
         with reading(self.path):
@@ -159,7 +164,7 @@ class TrainBag(TrainSource):
         with reading(self.path):
             for message in self._messages(batches):
                 batches[message.topic].add(message)
-                if max(len(pipe), len(auxiliary)) >= _BATCH:
+                if max(len(pipe), len(auxiliary)) >= _BATCH or pipe.size + auxiliary.size >= _BATCH_BYTES:
                     yield self._pressure(pipe), self._pressure(auxiliary)
             yield self._pressure(pipe), self._pressure(auxiliary)
 
@@ -241,27 +246,35 @@ class TrainBag(TrainSource):
 def _survey(raw: RawMessages) -> dict[str, _Seen]:
     """All numbers and events, the times of all couplers, and the first message of each topic of names."""
     found: dict[str, _Seen] = {}
-    entries = 0
+    entries = samples = kept = 0
     for topic, msgtype, log_time, data in raw.select():
         seen = found.get(topic)
         if seen is None:
             seen = found[topic] = _Seen(msgtype)
         if msgtype in _NUMBERS and len(data) <= _LARGEST_NUMBER:
             seen.values.append(_number(raw.path, topic, msgtype, data))
-        elif msgtype == JOINT_STATE:
+        elif msgtype == JOINT_STATE and topic.endswith((_COUPLERS, _VEHICLES)):
             if not seen.messages:
                 seen.messages.append(data)
+                kept += len(data)
             if not topic.endswith(_COUPLERS):
                 continue
             seen.stamps.append(stamp_of(data))
-        elif msgtype == LOG and len(data) <= 64 * _LARGEST_NUMBER:
+            samples += 1
+        elif msgtype == LOG and topic.endswith(_EVENTS):
             seen.messages.append(data)
+            kept += len(data)
         else:
             continue
         seen.log_times.append(log_time)
         entries += not seen.stamps
-        if entries > MOST_ENTRIES:
-            raise RecordingError(f"{raw.path}: more than {MOST_ENTRIES} numbers and events, expected fewer")
+        for count, most, what in (
+            (entries, MOST_ENTRIES, "numbers and events"),
+            (samples, MOST_SAMPLES, "samples of couplers"),
+            (kept, MOST_KEPT, "bytes of events and names"),
+        ):
+            if count > most:
+                raise RecordingError(f"{raw.path}: more than {most} {what}, expected fewer")
     return found
 
 

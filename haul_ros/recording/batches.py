@@ -17,6 +17,8 @@ from haul_ros.units import NS_PER_S
 _ARRAYS = ("position", "velocity", "effort")
 _STAMPS = {True: struct.Struct("<iI"), False: struct.Struct(">iI")}
 _CDR_HEAD = 4
+LARGEST_STATE = 1024 * 1024
+"""Bytes of a message of couplers, vehicles or pressures; that of 2000 vehicles has some 150 000."""
 
 
 def stamp_of(data: bytes) -> int:
@@ -42,12 +44,15 @@ class JointBatch:
     def __init__(self, names: tuple[str, ...]) -> None:
         self._codec = JointStateCodec(names)
         self._messages: list[bytes] = []
+        self.size = 0
+        """Bytes of the messages."""
 
     def __len__(self) -> int:
         return len(self._messages)
 
     def add(self, message: RawMessage) -> None:
-        """One more."""
+        """One more; ValueError: it is too long."""
+        self.size += _checked_length(message)
         self._messages.append(message.data)
 
     def take(self) -> tuple[TimeArray, tuple[FloatArray, FloatArray, FloatArray]]:
@@ -58,7 +63,7 @@ class JointBatch:
         ValueError
             A message of other names or another shape.
         """
-        messages, self._messages = self._messages, []
+        messages, self._messages, self.size = self._messages, [], 0
         times = np.array([stamp_of(data) for data in messages], dtype=np.int64)
         if (rows := _as_rows(messages, self._codec.size)) is not None:
             try:
@@ -86,12 +91,15 @@ class PressureBatch:
         self._codec = ArrayCodec("vehicle", count)
         self._times: list[int] = []
         self._messages: list[bytes] = []
+        self.size = 0
+        """Bytes of the messages."""
 
     def __len__(self) -> int:
         return len(self._messages)
 
     def add(self, message: RawMessage) -> None:
-        """One more."""
+        """One more; ValueError: it is too long."""
+        self.size += _checked_length(message)
         self._times.append(message.log_time)
         self._messages.append(message.data)
 
@@ -103,7 +111,7 @@ class PressureBatch:
         ValueError
             A message of another shape.
         """
-        messages, self._messages = self._messages, []
+        messages, self._messages, self.size = self._messages, [], 0
         times, self._times = np.array(self._times, dtype=np.int64), []
         if (rows := _as_rows(messages, self._codec.size)) is not None:
             try:
@@ -117,6 +125,12 @@ class PressureBatch:
         if len(message.data) != self._codec.count:
             raise ValueError(f"a message of {len(message.data)} numbers, expected {self._codec.count}")
         return np.asarray(message.data, dtype=float)
+
+
+def _checked_length(message: RawMessage) -> int:
+    if len(message.data) > LARGEST_STATE:
+        raise ValueError(f"{message.topic}: a message of {len(message.data)} bytes, expected at most {LARGEST_STATE}")
+    return len(message.data)
 
 
 def _as_rows(messages: list[bytes], size: int) -> np.ndarray[Any, np.dtype[np.uint8]] | None:

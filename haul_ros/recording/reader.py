@@ -33,6 +33,7 @@ from haul_ros.messages.requests import RequestCodec
 from haul_ros.model.command import Command
 from haul_ros.model.event import Event, EventKind
 from haul_ros.model.request import TimedRequest
+from haul_ros.recording.batches import LARGEST_STATE
 from haul_ros.recording.chunks import MESSAGE_HEAD
 from haul_ros.recording.columns import ColumnReader, Columns
 from haul_ros.recording.description import (
@@ -71,8 +72,6 @@ LATEST_NS = 2**60
 """Simulation time [ns] that no run reaches: 36 years."""
 MOST_ENTRIES = 500_000
 """Commands, and events, of one recording: some 200 MB of memory."""
-LARGEST_STATE = 1024 * 1024
-"""Bytes of a message of couplers or vehicles; that of 2000 vehicles has some 150 000."""
 _SCALARS: Mapping[str, Callable[[bytes], float]] = {
     FLOAT64: decode_float64,
     BOOL: decode_bool,

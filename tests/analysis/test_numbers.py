@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -260,3 +261,59 @@ def test_an_unfinished_recording_of_another_train_than_its_scenario_is_refused(
         bag.couplers = bag.couplers[:-1]
         with pytest.raises(RecordingError, match="its scenario is of another train than its samples"):
             scenario_of(bag)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"force": (7, 1, np.nan)}, "coupler_002 at 3.500 s: force is nan, expected at most 1e+08"),
+        ({"stroke": (3, 0, -np.inf)}, "coupler_001 at 1.500 s: stroke is -inf, expected at most 1e+06"),
+        ({"speed": (80, 2, 1e5)}, "vehicle_003_C80 at 40.000 s: speed is 100000, expected at most 10000"),
+        ({"pressure": (0, 0, 1e300)}, "vehicle_001_C80 at 0.000 s: pressure is 1e+300, expected at most 1e+09"),
+    ],
+    ids=str,
+)
+def test_samples_that_cannot_be_are_told_with_their_place(
+    change: dict[str, tuple[int, int, float]], told: str, tmp_path: Path
+) -> None:
+    ((name, (row, column, value)),) = change.items()
+    values = getattr(TRAIN, name).copy()
+    values[row, column] = value
+    written = write_mcap(tmp_path / "bag.mcap", replace(TRAIN, **{name: values}).messages())
+    with open_train(written) as source, pytest.raises(RecordingError) as caught:
+        numbers_of(source, None)
+    assert str(caught.value) == f"{written}: {told}"
+
+
+def test_samples_out_of_order_are_told(tmp_path: Path) -> None:
+    messages = TRAIN.messages()
+    vehicles = [i for i, message in enumerate(messages) if message.topic.endswith("/vehicles")]
+    first, second = vehicles[5], vehicles[9]
+    messages[first], messages[second] = messages[second], messages[first]
+    written = write_mcap(tmp_path / "bag.mcap", messages)
+    with (
+        open_train(written) as source,
+        pytest.raises(RecordingError, match="samples of vehicles are not in order of time"),
+    ):
+        numbers_of(source, None)
+
+
+def test_changed_bytes_give_numbers_or_one_line(tmp_path: Path) -> None:
+    few = replace(TRAIN, **{name: getattr(TRAIN, name)[15:45:2] for name in ARRAYS})
+    data = write_mcap(tmp_path / "bag.mcap", few.messages(), chunked=False).read_bytes()
+    random, told = np.random.default_rng(3), 0
+    for _ in range(200):
+        changed = bytearray(data)
+        for place in random.integers(0, len(data), random.choice([1, 3])):
+            changed[place] = int(random.choice([0, 1, 0x7F, 0x80, 0xFF]))
+        (tmp_path / "changed.mcap").write_bytes(changed)
+        try:
+            with open_train(tmp_path / "changed.mcap") as source:
+                number_tables(numbers_of(source, None), TrainLayout.from_names(source))
+        except RecordingError as error:
+            assert "\n" not in str(error)
+            told += 1
+    assert 0 < told < 200
+
+
+ARRAYS = ("time", "force", "stroke", "stroke_rate", "chainage", "speed", "brake_force", "pressure")

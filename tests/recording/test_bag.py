@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from haul_ros.errors import RecordingError
+from haul_ros.recording import bag, batches
 from haul_ros.recording.series import Samples
 from haul_ros.recording.train_source import TrainSource
 from haul_ros.recording.trains import open_train
@@ -110,29 +111,29 @@ def test_messages_that_are_laid_out_otherwise_are_read_one_by_one(
 def test_a_train_is_chosen_by_its_node(train: Train, tmp_path: Path) -> None:
     second = replace(train, node="/yard/train_b/haul", force=train.force + 1.0)
     messages = sorted([*train.messages(), *second.messages()], key=lambda message: message.log_time)
-    bag = write_mcap(tmp_path / "two.mcap", messages)
+    written = write_mcap(tmp_path / "two.mcap", messages)
 
-    check(bag, train, "/haul")
-    check(bag, second, "/yard/train_b/haul")
+    check(written, train, "/haul")
+    check(written, second, "/yard/train_b/haul")
     with pytest.raises(RecordingError, match=r"holds 2 trains, choose one by --node: /haul, /yard/train_b/haul$"):
-        check(bag, train)
+        check(written, train)
     with pytest.raises(RecordingError, match=r"two.mcap: no train of node /haul_3, it has /haul, /yard/train_b/haul$"):
-        check(bag, train, "/haul_3")
+        check(written, train, "/haul_3")
 
 
 def test_a_run_after_a_reset_is_chosen_by_its_number(train: Train, tmp_path: Path) -> None:
     # 20 s later by the recorder's clock the node is reset, and simulation time begins anew
     again = [m._replace(log_time=m.log_time + 20 * 10**9) for m in replace(train, force=-train.force).messages()]
-    bag = write_mcap(tmp_path / "reset.mcap", [*train.messages(), *again])
+    written = write_mcap(tmp_path / "reset.mcap", [*train.messages(), *again])
 
     for run, force in ((1, train.force), (2, -train.force)):
-        with open_train(bag, run=run) as source:
+        with open_train(written, run=run) as source:
             np.testing.assert_array_equal(_whole(source).couplers.force, force)
             assert source.scalars("master/applied_brake").values.tolist()[-2:] == [0.0, 0.5]
             np.testing.assert_allclose(source.scalars("master/applied_brake").time_ns[-1], 3e9, atol=3)
     with pytest.raises(RecordingError, match=r"holds 2 runs, its node was reset: of 1200, 1200 samples; choose one by"):
-        check(bag, train)
-    with pytest.raises(RecordingError, match="no run 3, it has 2"), open_train(bag, run=3):
+        check(written, train)
+    with pytest.raises(RecordingError, match="no run 3, it has 2"), open_train(written, run=3):
         pass
 
 
@@ -158,13 +159,13 @@ def test_a_file_that_is_cut_off_gives_what_lies_before(part: float, train: Train
 
 
 def test_damage_within_a_finished_file_is_told(train: Train, tmp_path: Path) -> None:
-    bag = write_mcap(tmp_path / "damaged.mcap", train.messages())
-    data = bytearray(bag.read_bytes())
+    written = write_mcap(tmp_path / "damaged.mcap", train.messages())
+    data = bytearray(written.read_bytes())
     data[len(data) // 3] ^= 0xFF
-    bag.write_bytes(data)
+    written.write_bytes(data)
 
     with pytest.raises(RecordingError, match=r"damaged\.mcap: damaged recording"):
-        check(bag, train)
+        check(written, train)
 
 
 @pytest.mark.parametrize(
@@ -185,8 +186,8 @@ def test_other_files_are_refused_in_one_line(name: str, data: bytes, message: st
 
 
 def test_a_bag_without_a_train_and_a_folder_without_a_bag_are_refused(tmp_path: Path) -> None:
-    bag = write_mcap(tmp_path / "bag.mcap", other_messages(5))
-    with pytest.raises(RecordingError, match=r"holds no train, expected a topic \.\.\./couplers"), open_train(bag):
+    written = write_mcap(tmp_path / "bag.mcap", other_messages(5))
+    with pytest.raises(RecordingError, match=r"holds no train, expected a topic \.\.\./couplers"), open_train(written):
         pass
     (tmp_path / "folder").mkdir()
     with pytest.raises(RecordingError, match=r"a folder without files of a bag"), open_train(tmp_path / "folder"):
@@ -197,6 +198,62 @@ def test_a_bag_without_a_train_and_a_folder_without_a_bag_are_refused(tmp_path: 
 
 def test_messages_of_other_names_are_told(train: Train, tmp_path: Path) -> None:
     longer = replace(train, force=np.ones((1200, 3)), stroke=np.ones((1200, 3)), stroke_rate=np.ones((1200, 3)))
-    bag = write_mcap(tmp_path / "bag.mcap", [*train.messages()[:300], *longer.messages()[300:]])
+    written = write_mcap(tmp_path / "bag.mcap", [*train.messages()[:300], *longer.messages()[300:]])
     with pytest.raises(RecordingError, match=r"a message of other names \(3\) than the first \(2\)"):
-        check(bag, train)
+        check(written, train)
+
+
+def _read_all(path: Path) -> None:
+    with open_train(path) as source:
+        for _ in source.blocks():
+            pass
+        for _ in source.air():
+            pass
+        source.events()
+        source.final_extremes()
+        for locomotive in source.locomotives:
+            source.scalars(f"{locomotive}/applied_brake")
+
+
+@pytest.mark.parametrize("storage", ["no chunks", "unfinished", "folder, sqlite3"])
+def test_changed_bytes_are_told_in_one_line_or_change_numbers_alone(storage: str, train: Train, tmp_path: Path) -> None:
+    few = replace(train, **{name: getattr(train, name)[:12] for name in _ARRAYS})
+    path = BAGS[storage](tmp_path, few.messages())
+    file = next(path.glob("*.db3")) if path.is_dir() else path
+    data, random = file.read_bytes(), np.random.default_rng(7)
+    for _ in range(150):
+        changed = bytearray(data)
+        for place in random.integers(0, len(data), random.choice([1, 2, 5])):
+            changed[place] = int(random.choice([0, 1, 0x7F, 0x80, 0xFF]))
+        file.write_bytes(changed)
+        try:
+            _read_all(path)
+        except RecordingError as error:
+            assert "\n" not in str(error)
+
+
+_ARRAYS = ("time", "force", "stroke", "stroke_rate", "chainage", "speed", "brake_force", "pressure")
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "told"),
+    [
+        ("MOST_SAMPLES", 1000, "more than 1000 samples of couplers, expected fewer"),
+        ("MOST_ENTRIES", 3, "more than 3 numbers and events, expected fewer"),
+        ("MOST_KEPT", 100, "more than 100 bytes of events and names, expected fewer"),
+    ],
+)
+def test_more_than_fits_into_memory_is_refused(
+    name: str, most: int, told: str, train: Train, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bag, name, most)
+    with pytest.raises(RecordingError, match=told), open_train(write_mcap(tmp_path / "bag.mcap", train.messages())):
+        pass
+
+
+def test_a_message_longer_than_any_train_is_refused(
+    train: Train, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batches, "LARGEST_STATE", 100)
+    with pytest.raises(RecordingError, match=r"/haul/couplers: a message of [0-9]+ bytes, expected at most 100"):
+        _read_all(write_mcap(tmp_path / "bag.mcap", train.messages()))
