@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
@@ -125,10 +125,14 @@ def write_mcap(
     return path
 
 
-def write_bag(folder: Path, messages: Iterable[BagMessage], storage: str) -> Path:
+def write_bag(
+    folder: Path, messages: Iterable[BagMessage], storage: str, compressed: CompressionMode = CompressionMode.NONE
+) -> Path:
     """A folder with metadata.yaml and one file, ``storage`` mcap or sqlite3, by the library rosbags."""
     plugin = StoragePlugin.MCAP if storage == "mcap" else StoragePlugin.SQLITE3
-    with BagWriter(folder, version=9, storage_plugin=plugin) as writer:
+    bag = BagWriter(folder, version=9, storage_plugin=plugin)
+    bag.set_compression(compressed, CompressionFormat.ZSTD)
+    with bag as writer:
         connections: dict[str, Any] = {}
         for topic, msgtype, log_time, data in messages:
             if topic not in connections:

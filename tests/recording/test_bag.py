@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import CompressionMode
 
 from haul_ros.errors import RecordingError
 from haul_ros.recording import bag, batches
@@ -90,6 +91,10 @@ BAGS: dict[str, Callable[[Path, list[BagMessage]], Path]] = {
     "folder, mcap": lambda folder, messages: write_bag(folder / "bag", messages, "mcap"),
     "folder, sqlite3": lambda folder, messages: write_bag(folder / "bag", messages, "sqlite3"),
     "file, sqlite3": lambda folder, messages: next(write_bag(folder / "bag", messages, "sqlite3").glob("*.db3")),
+    "files compressed": lambda folder, messages: write_bag(folder / "bag", messages, "sqlite3", CompressionMode.FILE),
+    "messages compressed": lambda folder, messages: write_bag(
+        folder / "bag", messages, "sqlite3", CompressionMode.MESSAGE
+    ),
     "split into 12": lambda folder, messages: write_split_bag(folder / "bag", messages, 12),
 }
 
