@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING
 from haul_ros.version import __version__
 
 if TYPE_CHECKING:
+    from haul_ros.analysis.numbers import Numbers, Window, numbers_of
+    from haul_ros.analysis.scenarios import scenario_of
     from haul_ros.analysis.summary import RunSummary, summarize_recording, summarize_session
     from haul_ros.errors import HaulError
     from haul_ros.messages.encoder import TelemetryEncoder
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from haul_ros.model.sample import CouplerExtremes, Sample
     from haul_ros.model.scenario import Scenario
     from haul_ros.recording.reader import Recording
+    from haul_ros.recording.trains import open_train
     from haul_ros.recording.writer import McapRecorder
     from haul_ros.scenario import load_scenario, load_scenario_text
     from haul_ros.simulation.session import Session
@@ -39,6 +42,7 @@ __all__ = [
     "CouplerExtremes",
     "HaulError",
     "McapRecorder",
+    "Numbers",
     "PeriodLog",
     "RadioLinkChange",
     "Recording",
@@ -47,14 +51,20 @@ __all__ = [
     "Scenario",
     "Session",
     "TelemetryEncoder",
+    "Window",
     "__version__",
     "load_scenario",
     "load_scenario_text",
+    "numbers_of",
+    "open_train",
+    "scenario_of",
     "summarize_recording",
     "summarize_session",
 ]
 
 _MODULES = {
+    "haul_ros.analysis.numbers": ("Numbers", "Window", "numbers_of"),
+    "haul_ros.analysis.scenarios": ("scenario_of",),
     "haul_ros.analysis.summary": ("RunSummary", "summarize_recording", "summarize_session"),
     "haul_ros.errors": ("HaulError",),
     "haul_ros.messages.encoder": ("TelemetryEncoder",),
@@ -64,6 +74,7 @@ _MODULES = {
     "haul_ros.model.sample": ("CouplerExtremes", "Sample"),
     "haul_ros.model.scenario": ("Scenario",),
     "haul_ros.recording.reader": ("Recording",),
+    "haul_ros.recording.trains": ("open_train",),
     "haul_ros.recording.writer": ("McapRecorder",),
     "haul_ros.scenario": ("load_scenario", "load_scenario_text"),
     "haul_ros.simulation.session": ("Session",),

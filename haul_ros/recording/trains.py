@@ -55,7 +55,7 @@ class RecordedTrain(TrainSource):
 
 
 @contextmanager
-def open_train(path: Path, node: str | None = None, run: int | None = None) -> Iterator[TrainSource]:
+def open_train(path: str | Path, node: str | None = None, run: int | None = None) -> Iterator[TrainSource]:
     """The train in a recording of any kind, by its node where there are several, and by its run after resets.
 
     A finished recording of haul_ros is checked as `Recording` does; anything else, a folder of a bag, MCAP or SQLite by
@@ -66,6 +66,7 @@ def open_train(path: Path, node: str | None = None, run: int | None = None) -> I
     RecordingError
         The file cannot be read or is damaged, or there is no such train in it.
     """
+    path = Path(path)
     if path.is_dir() or not is_own(path):
         yield TrainBag(path, node, run)
         return
