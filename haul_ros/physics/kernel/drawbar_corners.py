@@ -24,6 +24,7 @@ from haul_ros.physics.kernel.blocks import (
     vehicles_of,
 )
 from haul_ros.physics.kernel.coupler import force_at
+from haul_ros.physics.kernel.data import Floats, GearState, GearTrial, Hinges
 from haul_ros.physics.kernel.drawbar import keep_force
 
 
@@ -83,11 +84,35 @@ def _keep_bars_at_corner(blocks: Blocks, k: int, before: float, after: float, st
 
 
 @inner
+def _find_corners(gears: GearState, trial: GearTrial, inverse_speed: Floats, hinges: Hinges, passed: Floats) -> int:
+    """Make ``passed`` negative for gears that come to a corner within the step; number of these gears."""
+    stroke, rate, new_stroke, new_rate = gears.stroke, gears.stroke_rate, trial.stroke, trial.stroke_rate
+    for k in range(passed.shape[0]):
+        g, new_g = rate[k] * inverse_speed[k], new_rate[k] * inverse_speed[k]
+        passed[k] = min((g - 1.0) * (new_g - 1.0), (g + 1.0) * (new_g + 1.0))
+    for i in range(hinges.compression_knot.shape[0]):
+        buff, draft = hinges.compression_knot[i], hinges.tension_knot[i]
+        for k in range(passed.shape[0]):
+            in_buff = (stroke[k] - buff[k]) * (new_stroke[k] - buff[k])
+            in_draft = (stroke[k] + draft[k]) * (new_stroke[k] + draft[k])
+            passed[k] = min(passed[k], min(in_buff, in_draft))
+    count = 0
+    for k in range(passed.shape[0]):
+        count += 1 if passed[k] < 0.0 else 0
+    return count
+
+
+@inner
 def keep_drawbars_on_the_way(blocks: Blocks, start: float, h: float) -> None:
     """Extremes of drawbars within the step solved last, from ``start`` on, before it is taken."""
     gears, trial, hinges = gears_of(blocks.gears), gear_trial_of(blocks.gears), hinges_of(blocks.hinges)
     inverse_speed = gear_parameters_of(blocks.gear_parameters).inverse_transition_speed
-    for k in range(gears.stroke.shape[0]):
+    passed = trial.low  # of no more use once the step is solved
+    if _find_corners(gears, trial, inverse_speed, hinges, passed) == 0:
+        return
+    for k in range(passed.shape[0]):
+        if passed[k] >= 0.0:
+            continue
         g, new_g = gears.stroke_rate[k] * inverse_speed[k], trial.stroke_rate[k] * inverse_speed[k]
         _keep_bars_at_corner(blocks, k, g - 1.0, new_g - 1.0, start, h)
         _keep_bars_at_corner(blocks, k, g + 1.0, new_g + 1.0, start, h)
