@@ -21,8 +21,9 @@ from haul_ros.version import __version__
 
 if TYPE_CHECKING:
     from haul_ros.analysis.numbers import Numbers, Window, numbers_of
+    from haul_ros.analysis.recorded import summarize_recording
     from haul_ros.analysis.scenarios import scenario_of
-    from haul_ros.analysis.summary import RunSummary, summarize_recording, summarize_session
+    from haul_ros.analysis.summary import RunSummary, summarize_session
     from haul_ros.errors import HaulError
     from haul_ros.messages.encoder import TelemetryEncoder
     from haul_ros.model.command import Command, CommandKind
@@ -65,7 +66,8 @@ __all__ = [
 _MODULES = {
     "haul_ros.analysis.numbers": ("Numbers", "Window", "numbers_of"),
     "haul_ros.analysis.scenarios": ("scenario_of",),
-    "haul_ros.analysis.summary": ("RunSummary", "summarize_recording", "summarize_session"),
+    "haul_ros.analysis.recorded": ("summarize_recording",),
+    "haul_ros.analysis.summary": ("RunSummary", "summarize_session"),
     "haul_ros.errors": ("HaulError",),
     "haul_ros.messages.encoder": ("TelemetryEncoder",),
     "haul_ros.model.command": ("Command", "CommandKind"),

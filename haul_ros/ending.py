@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import TracebackType
 from typing import NoReturn
 
 _AGAIN = 0.05
@@ -36,23 +37,31 @@ class EndingHandler:
 def no_interrupt_lost() -> Iterator[None]:
     """Inside the block a KeyboardInterrupt that cannot get out of where it arises does so again a little later.
 
-    Python only prints one that meets a callback of compiled code, as those of the compiler are, and goes on as if
-    nobody had asked for the end. For the main thread; takes SIGALRM.
+    One that meets a callback of compiled code, as those of the compiler are, or compiled code that prints what it
+    cannot use, as that of message types does, is only printed, as if nobody had asked for the end. For the main
+    thread; takes SIGALRM.
     """
-    hook, handler = sys.unraisablehook, signal.signal(signal.SIGALRM, _interrupt)
+    unraisable, uncaught = sys.unraisablehook, sys.excepthook
+    handler = signal.signal(signal.SIGALRM, _interrupt)
 
-    def note(lost: sys.UnraisableHookArgs) -> None:
+    def note_unraisable(lost: sys.UnraisableHookArgs) -> None:
         if issubclass(lost.exc_type, KeyboardInterrupt):
             signal.setitimer(signal.ITIMER_REAL, _AGAIN)
         else:
-            hook(lost)
+            unraisable(lost)
 
-    sys.unraisablehook = note
+    def note_printed(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
+        if issubclass(kind, KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        else:
+            uncaught(kind, error, traceback)
+
+    sys.unraisablehook, sys.excepthook = note_unraisable, note_printed
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        sys.unraisablehook = hook
+        sys.unraisablehook, sys.excepthook = unraisable, uncaught
         signal.signal(signal.SIGALRM, handler)
 
 

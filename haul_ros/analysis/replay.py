@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from haul_ros.analysis.summary import recorded_scenario
+from haul_ros.analysis.recorded import recorded_scenario
 from haul_ros.errors import CommandError, RecordingError
 from haul_ros.messages.encoder import Message, TelemetryEncoder
 from haul_ros.model.consist import Consist

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from haul_ros.analysis.summary import recorded_scenario
+from haul_ros.analysis.recorded import recorded_scenario
 from haul_ros.errors import RecordingError
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.train_source import TrainSource

@@ -7,16 +7,16 @@ import json
 import sys
 from dataclasses import asdict
 
+from haul_ros.analysis.recorded import recorded_scenario, summarize_recording
 from haul_ros.analysis.replay import Comparison, replay_and_compare, session_with_changes
-from haul_ros.analysis.summary import RunSummary, recorded_scenario, summarize_recording
+from haul_ros.analysis.summary import RunSummary
 from haul_ros.cli.interrupt import interruption
 from haul_ros.cli.layout import resolutions, rows
 from haul_ros.cli.notices import Notices
 from haul_ros.cli.progress import progress
-from haul_ros.cli.run import announce_compilation, exit_status, finishing, new_recorder, simulate
+from haul_ros.cli.run import announce_compilation, exit_status, new_sink, simulate
 from haul_ros.cli.summary_text import side_by_side, summary_json, warnings
 from haul_ros.errors import HaulError, one_line
-from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.recording.reader import Recording
 from haul_ros.scenario import parse_override
 from haul_ros.units import NS_PER_S
@@ -70,14 +70,13 @@ def _incomplete(dropped: int | None) -> str:
 def _run_again(arguments: argparse.Namespace, recording: Recording) -> int:
     session = session_with_changes(recording, dict(map(parse_override, arguments.overrides)))
     recorded = summarize_recording(recording, recorded_scenario(recording))
-    encoder = TelemetryEncoder.of(session.scenario)
     with interruption() as interrupted:
-        recorder = new_recorder(arguments.output, session.scenario, encoder, recording.metadata["compression"])
-        with finishing(recorder) as failure, progress(session.scenario, quiet=arguments.json) as bar:
+        sink = new_sink(arguments.output, session.scenario, recording.metadata["compression"])
+        with sink.finishing(), progress(session.scenario, quiet=arguments.json) as bar:
             notices = Notices()
-            again = simulate(session, encoder, recorder, bar.show, interrupted, notices)
+            again = simulate(session, sink, bar.show, interrupted, notices)
         _print(arguments, recorded, again, notices)
-        return exit_status(again, failure, interrupted)
+        return exit_status(again, sink, interrupted)
 
 
 def _print(arguments: argparse.Namespace, recorded: RunSummary, again: RunSummary, notices: Notices) -> None:

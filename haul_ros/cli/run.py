@@ -6,9 +6,10 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from haul_ros.analysis.summary import RunSummary, summarize_session
 from haul_ros.cli.interrupt import Interruption, interruption
@@ -16,15 +17,16 @@ from haul_ros.cli.layout import file_size, rows
 from haul_ros.cli.notices import Notices
 from haul_ros.cli.progress import progress
 from haul_ros.cli.summary_text import summary_json, summary_lines, warnings
-from haul_ros.errors import RecordingError, one_line
-from haul_ros.messages.encoder import TelemetryEncoder
+from haul_ros.errors import one_line
 from haul_ros.model.sample import Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.physics.train_model import COMPILING, kernel_is_cached
-from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario, parse_override
 from haul_ros.simulation.batch import periods
 from haul_ros.simulation.session import Session
+
+if TYPE_CHECKING:
+    from haul_ros.cli.sink import Sink
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,30 +42,29 @@ def run(arguments: argparse.Namespace) -> int:
     """
     scenario = load_scenario(arguments.scenario, dict(map(parse_override, arguments.overrides)))
     with interruption() as interrupted:
-        encoder = TelemetryEncoder.of(scenario)
-        recorder = new_recorder(arguments.output, scenario, encoder, arguments.compression)
-        with finishing(recorder) as failure, progress(scenario, quiet=arguments.quiet) as bar:
+        sink = None if arguments.output is None else new_sink(arguments.output, scenario, arguments.compression)
+        with sink.finishing() if sink else nullcontext(), progress(scenario, quiet=arguments.quiet) as bar:
             announce_compilation()
             session, notices = Session(scenario, play_commands=True), Notices()
-            summary = simulate(session, encoder, recorder, bar.show, interrupted, notices)
-        _print(arguments, summary, notices, interrupted(), recorded=not failure)
-        return exit_status(summary, failure, interrupted)
+            summary = simulate(session, sink, bar.show, interrupted, notices)
+        _print(arguments, summary, notices, interrupted(), recorded=not (sink and sink.failure))
+        return exit_status(summary, sink, interrupted)
 
 
-@contextmanager
-def finishing(recorder: McapRecorder | None) -> Iterator[list[RecordingError]]:
-    """Finish the recording at the end of the block; that it failed is left to be told when the run has been."""
-    failure: list[RecordingError] = []
-    with recorder or nullcontext():
-        yield failure
-        if recorder is not None:
-            try:
-                recorder.close()
-            except RecordingError as error:
-                failure.append(error)
+def new_sink(path: Path, scenario: Scenario, compression: str) -> Sink:
+    """A recording of a run.
+
+    Raises
+    ------
+    RecordingError
+        There can be no such recording.
+    """
+    from haul_ros.cli.sink import Sink  # half of the time that all imports of a run take
+
+    return Sink(path, scenario, compression)
 
 
-def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrupted: Interruption) -> int:
+def exit_status(summary: RunSummary, sink: Sink | None, interrupted: Interruption) -> int:
     """How a run that has been told of ends: 1 if its numbers are wrong, else that of the signal that ended it.
 
     Raises
@@ -71,8 +72,8 @@ def exit_status(summary: RunSummary, failure: Iterable[RecordingError], interrup
     RecordingError
         The recording failed.
     """
-    for error in failure:
-        raise error
+    if sink and sink.failure:
+        raise sink.failure
     wrong = (summary.energy and summary.energy.fault) or (summary.solver and summary.solver.unconverged_steps)
     return 1 if wrong else interrupted.exit_status
 
@@ -83,25 +84,9 @@ def announce_compilation() -> None:
         print(f"haul: {COMPILING}", file=sys.stderr)
 
 
-def new_recorder(
-    path: Path | None, scenario: Scenario, encoder: TelemetryEncoder, compression: str
-) -> McapRecorder | None:
-    """A recorder that may take its time; None without a path.
-
-    Raises
-    ------
-    RecordingError
-        There can be no such recording.
-    """
-    if path is None:
-        return None
-    return McapRecorder(path, scenario, encoder.channels, compression=compression, when_full="block")
-
-
 def simulate(
     session: Session,
-    encoder: TelemetryEncoder,
-    recorder: McapRecorder | None,
+    sink: Sink | None,
     show: Callable[[Sample], None],
     interrupted: Callable[[], bool],
     notices: Notices,
@@ -115,8 +100,8 @@ def simulate(
     """
     began = time.perf_counter()
     for log in periods(session, interrupted):
-        if recorder:
-            recorder.put(encoder.messages(log), time.time_ns())
+        if sink:
+            sink.put(log)
         notices.add(log)
         if log.sample is not None:
             show(log.sample)

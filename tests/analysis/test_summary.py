@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from haul_ros.analysis.summary import peak, recorded_scenario, summarize_recording, summarize_session
+from haul_ros.analysis.recorded import recorded_scenario, summarize_recording
+from haul_ros.analysis.summary import peak, summarize_session
 from haul_ros.errors import RecordingError
 from haul_ros.model.consist import Consist
 from haul_ros.model.scenario import Scenario

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from haul_ros.analysis.summary import recorded_scenario, summarize_recording, summarize_session
+from haul_ros.analysis.recorded import recorded_scenario, summarize_recording
+from haul_ros.analysis.summary import summarize_session
 from haul_ros.cli.main import main
 from haul_ros.cli.summary_text import summary_json, summary_lines
 from haul_ros.model.event import Event, EventKind
