@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import os
 import re
 import subprocess
@@ -145,3 +147,29 @@ def test_the_schemas_refer_only_to_what_they_have() -> None:
             for part in filter(None, pointer.split("/")):
                 assert part in found, f"{name}: {file}#{pointer}"
                 found = found[part]
+
+
+def test_python_in_the_analysis_document_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    session = haul_ros.Session(haul_ros.load_scenario("daqin_1_1_0", {"max_duration_s": 3}), play_commands=True)
+    encoder = haul_ros.TelemetryEncoder(session.consist)
+    with haul_ros.McapRecorder(tmp_path / "run.mcap", session.scenario, encoder.channels) as recorder:
+        while not session.finished:
+            session.advance()
+            recorder.put(encoder.messages(session.take_log()), 0)
+    (code,) = blocks("docs/analysis.md", "python")
+    exec(code.replace("run.mcap", str(tmp_path / "run.mcap")), {})
+    force = float(capsys.readouterr().out.split()[0])
+    assert force == pytest.approx(session.extremes().compression.max() / 1e3)
+
+
+def test_functions_of_the_analysis_document_are_there() -> None:
+    text = (ROOT / "docs" / "analysis.md").read_text("utf-8").split("| module of `haul_ros.analysis` |")[1]
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", text, flags=re.M)
+    assert len(rows) == 10
+    for module, functions in rows:
+        for name, arguments in re.findall(r"`(\w+)(\(.*?\))?`", functions):
+            found = getattr(importlib.import_module(f"haul_ros.analysis.{module}"), name)
+            if arguments:
+                assert list(inspect.signature(found).parameters)[: arguments.count(",") + 1] == [
+                    argument.strip() for argument in arguments.strip("()").split(",")
+                ]
