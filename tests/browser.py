@@ -19,6 +19,10 @@ DESKTOP = {"width": 1400, "height": 900}
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
+_CONTAINER = ["--disable-dev-shm-usage"]
+"""In a container /dev/shm may be small."""
+
+
 @contextmanager
 def headless_browser(*arguments: str) -> Iterator[Browser]:
     """Chromium of the system; where there is none the test is skipped, but not where CI says that there has to be."""
@@ -29,7 +33,7 @@ def headless_browser(*arguments: str) -> Iterator[Browser]:
     # Its sandbox does not work as root
     sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=[*sandbox, *arguments])
+        browser = playwright.chromium.launch(executable_path=found, args=[*sandbox, *_CONTAINER, *arguments])
         yield browser
         browser.close()
 

@@ -38,7 +38,13 @@ class Chart {
   make(options, data) {
     this.uplot?.destroy();
     this.uplot = new uPlot(
-      { width: this.plot.clientWidth, height: this.height, legend: { show: false }, padding: [8, RIGHT, 0, 0], ...options },
+      {
+        width: this.plot.clientWidth,
+        height: this.height,
+        legend: { show: false },
+        padding: [8, RIGHT, 0, 0],
+        ...options,
+      },
       data,
       this.plot,
     );
@@ -97,9 +103,21 @@ export class TimeChart extends Chart {
     this.make(
       {
         scales: { x: { time: false, auto: false }, y: { range: this.valueRange } },
-        axes: [axis({ size: 26, space: 80, values: (_, at) => at.map((time) => time.toFixed(ticks(...view.range, 800).digits)) }), axis({ size: LEFT, space: 26 })],
+        axes: [
+          axis({
+            size: 26,
+            space: 80,
+            values: (_, at) => at.map((time) => time.toFixed(ticks(...view.range, 800).digits)),
+          }),
+          axis({ size: LEFT, space: 26 }),
+        ],
         series: [{}, ...series],
-        cursor: { sync: { key: TOGETHER.key, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 6 }, y: false },
+        cursor: {
+          sync: { key: TOGETHER.key, setSeries: false },
+          drag: { x: true, y: false, setScale: false },
+          points: { size: 6 },
+          y: false,
+        },
         hooks: {
           draw: [() => this.place()],
           setSelect: [
@@ -138,7 +156,9 @@ export class TimeChart extends Chart {
 
   showNow() {
     const i = this.hovered ?? this.view.index;
-    this.showValues(this.shown.map((curve) => ({ ...curve, text: this.view.run.count ? curve.text(curve.values[i]) : "–" })));
+    this.showValues(
+      this.shown.map((curve) => ({ ...curve, text: this.view.run.count ? curve.text(curve.values[i]) : "–" })),
+    );
   }
 }
 
@@ -153,7 +173,10 @@ export class ProfileChart extends Chart {
   get envelopes() {
     const finite = (value) => (Number.isFinite(value) ? value : 0);
     const { highest, lowest, diverging } = this.view.shown;
-    return [Array.from(highest, finite), Array.from(lowest, (value) => (diverging ? Math.min(0, finite(value)) : finite(value)))];
+    return [
+      Array.from(highest, finite),
+      Array.from(lowest, (value) => (diverging ? Math.min(0, finite(value)) : finite(value))),
+    ];
   }
 
   update(changed) {
@@ -179,9 +202,17 @@ export class ProfileChart extends Chart {
     const band = (colour) => ({ stroke: styleColour(colour), width: 1, points: { show: false } });
     this.make(
       {
-        scales: { x: { time: false, range: [0.5, shown.rows + 0.5] }, y: { range: (_, low, high) => this.valueRange(low, high) } },
+        scales: {
+          x: { time: false, range: [0.5, shown.rows + 0.5] },
+          y: { range: (_, low, high) => this.valueRange(low, high) },
+        },
         axes: [axis({ size: 26, space: 60 }), axis({ size: LEFT, space: 30 })],
-        series: [{}, { label: names[0], ...band(colours[0]) }, { label: names[1], ...band(colours[1]) }, { label: "now", stroke: styleColour("text"), width: 2, points: { show: false } }],
+        series: [
+          {},
+          { label: names[0], ...band(colours[0]) },
+          { label: names[1], ...band(colours[1]) },
+          { label: "now", stroke: styleColour("text"), width: 2, points: { show: false } },
+        ],
         bands: [{ series: [1, 2], fill: styleColour("band") }],
         cursor: { drag: { x: false, y: false }, points: { size: 6 }, y: false },
         hooks: {
@@ -247,15 +278,17 @@ export class ProfileChart extends Chart {
 export function timeCharts(view) {
   const { run } = view;
   const places = (quantity, digits) =>
-    [["head", "line-1", 0], ["middle", "line-2", Math.floor((run.vehicles.length - 1) / 2)], ["tail", "line-3", run.vehicles.length - 1]].map(
-      ([label, colour, row], k) => ({
-        label,
-        colour,
-        dash: k === 2,
-        values: quantity.series(quantity.rows === 3 ? k : row, run.count),
-        text: (value) => (Number.isFinite(value) ? `${value.toFixed(digits)} ${quantity.unit}` : "–"),
-      }),
-    );
+    [
+      ["head", "line-1", 0],
+      ["middle", "line-2", Math.floor((run.vehicles.length - 1) / 2)],
+      ["tail", "line-3", run.vehicles.length - 1],
+    ].map(([label, colour, row], k) => ({
+      label,
+      colour,
+      dash: k === 2,
+      values: quantity.series(quantity.rows === 3 ? k : row, run.count),
+      text: (value) => (Number.isFinite(value) ? `${value.toFixed(digits)} ${quantity.unit}` : "–"),
+    }));
   const fromZero = (least) => (_, low, high) => [Math.min(0, low ?? 0), Math.max(least, high ?? 0) * 1.05];
   const charts = [
     new TimeChart(view, "chosen-chart", "", {
@@ -288,10 +321,18 @@ export function timeCharts(view) {
           text: (value) => (Number.isFinite(value) ? `${value.toFixed(1)} %` : "–"),
         })),
     }),
-    new TimeChart(view, "cylinder-chart", "Brake cylinder pressure [kPa]", { curves: () => places(run.quantities.cylinder, 1), range: fromZero(50) }),
+    new TimeChart(view, "cylinder-chart", "Brake cylinder pressure [kPa]", {
+      curves: () => places(run.quantities.cylinder, 1),
+      range: fromZero(50),
+    }),
   ];
   if (run.quantities.pipe) {
-    charts.push(new TimeChart(view, "pipe-chart", "Brake pipe pressure [kPa]", { curves: () => places(run.quantities.pipe, 1), range: fromZero(50) }));
+    charts.push(
+      new TimeChart(view, "pipe-chart", "Brake pipe pressure [kPa]", {
+        curves: () => places(run.quantities.pipe, 1),
+        range: fromZero(50),
+      }),
+    );
   }
   if (view.live || Object.values(run.effort).some((changes) => changes.some(([, value]) => value))) {
     charts.push(

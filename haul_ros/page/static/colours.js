@@ -2,12 +2,30 @@
 
 // ColorBrewer RdBu (C. Brewer), 11 classes: tension blue, nothing white, compression red.
 const DIVERGING = [
-  "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#ffffff",
-  "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f",
+  "#053061",
+  "#2166ac",
+  "#4393c3",
+  "#92c5de",
+  "#d1e5f0",
+  "#ffffff",
+  "#fddbc7",
+  "#f4a582",
+  "#d6604d",
+  "#b2182b",
+  "#67001f",
 ];
 // Cividis (Nunez, Anderton, Renslow 2018), nine of its colours.
 const SEQUENTIAL = [
-  "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+  "#00224e",
+  "#123570",
+  "#3b496c",
+  "#575d6d",
+  "#707173",
+  "#8a8678",
+  "#a59c74",
+  "#c3b369",
+  "#e1cc55",
+  "#fee838",
 ];
 const STEPS = 511;
 

@@ -9,7 +9,9 @@ export class Controls {
     this.view = view;
     this.listen();
     view.add((changed) => this.update(changed));
-    const options = Object.values(view.run.quantities).map(({ key, label }) => element("option", { value: key }, label));
+    const options = Object.values(view.run.quantities).map(({ key, label }) =>
+      element("option", { value: key }, label),
+    );
     byId("quantity").replaceChildren(...options);
   }
 
@@ -45,7 +47,9 @@ export class Controls {
 
   switchTheme() {
     const root = document.documentElement;
-    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+    const dark = root.dataset.theme
+      ? root.dataset.theme === "dark"
+      : matchMedia("(prefers-color-scheme: dark)").matches;
     root.dataset.theme = dark ? "light" : "dark";
     this.view.changed("theme");
   }

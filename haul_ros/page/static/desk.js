@@ -28,10 +28,14 @@ function handle(label, { id, most, unit, step, set }) {
     shown.textContent = `${slider.value} ${unit}`;
     send(slider.valueAsNumber);
   });
-  return { slider, row: element("div", { class: "handle" }, element("label", { for: id }, label), slider, shown), put(value) {
-    slider.value = value;
-    shown.textContent = `${value} ${unit}`;
-  } };
+  return {
+    slider,
+    row: element("div", { class: "handle" }, element("label", { for: id }, label), slider, shown),
+    put(value) {
+      slider.value = value;
+      shown.textContent = `${value} ${unit}`;
+    },
+  };
 }
 
 function button(id, text, press) {
@@ -43,36 +47,93 @@ export class Desk {
     this.ask = ask;
     this.slaves = {};
     const names = run.locomotives.map(({ name }) => name);
-    this.target = element("select", { id: "target", "aria-label": "locomotive" }, ...names.map((name) => element("option", { value: name }, name === "master" ? "master, and by radio all slaves" : `${name.replace("_", " ")} alone`)));
-    this.brake = handle("brake", { id: "brake", most: 100, unit: "%", step: 1, set: (value) => this.command("brake", value / 100) });
-    this.traction = handle("traction", { id: "traction", most: MOST_EFFORT, unit: "kN", step: 10, set: (value) => this.effort("traction", value) });
-    this.electric = handle("electric brake", { id: "electric", most: MOST_EFFORT, unit: "kN", step: 10, set: (value) => this.effort("electric_brake", value) });
+    this.target = element(
+      "select",
+      { id: "target", "aria-label": "locomotive" },
+      ...names.map((name) =>
+        element(
+          "option",
+          { value: name },
+          name === "master" ? "master, and by radio all slaves" : `${name.replace("_", " ")} alone`,
+        ),
+      ),
+    );
+    this.brake = handle("brake", {
+      id: "brake",
+      most: 100,
+      unit: "%",
+      step: 1,
+      set: (value) => this.command("brake", value / 100),
+    });
+    this.traction = handle("traction", {
+      id: "traction",
+      most: MOST_EFFORT,
+      unit: "kN",
+      step: 10,
+      set: (value) => this.effort("traction", value),
+    });
+    this.electric = handle("electric brake", {
+      id: "electric",
+      most: MOST_EFFORT,
+      unit: "kN",
+      step: 10,
+      set: (value) => this.effort("electric_brake", value),
+    });
     this.shownSpeed = element("b", { id: "desk-speed" }, "–");
     this.pause = button("pause", "pause", () => ask({ do: "pause", value: this.pause.textContent === "pause" }));
     const driving = element(
-      "fieldset", {},
+      "fieldset",
+      {},
       element("legend", {}, "Handles of ", this.target),
-      this.brake.row, this.traction.row, this.electric.row,
+      this.brake.row,
+      this.traction.row,
+      this.electric.row,
     );
     const stopping = element(
-      "fieldset", {},
+      "fieldset",
+      {},
       element("legend", {}, "Head ", this.shownSpeed),
       button("emergency", "EMERGENCY", () => this.command("emergency", 1)),
       button("release-emergency", "end emergency, at standstill", () => this.endEmergency()),
-      element("div", { class: "row" }, this.pause, button("step", "step", () => ask({ do: "step" })), button("reset", "reset", () => this.reset())),
+      element(
+        "div",
+        { class: "row" },
+        this.pause,
+        button("step", "step", () => ask({ do: "step" })),
+        button("reset", "reset", () => this.reset()),
+      ),
     );
-    const links = element("fieldset", {}, element("legend", {}, "Radio links: up, delay in s, and what the slave does"), ...names.filter((name) => name !== "master").map((name) => this.slave(name)));
+    const links = element(
+      "fieldset",
+      {},
+      element("legend", {}, "Radio links: up, delay in s, and what the slave does"),
+      ...names.filter((name) => name !== "master").map((name) => this.slave(name)),
+    );
     this.told = element("p", { id: "answer", role: "status" });
-    byId("desk").replaceChildren(element("h2", {}, "Driver's desk"), element("div", { class: "desk-grid" }, driving, stopping, links), this.told);
+    byId("desk").replaceChildren(
+      element("h2", {}, "Driver's desk"),
+      element("div", { class: "desk-grid" }, driving, stopping, links),
+      this.told,
+    );
     byId("desk").hidden = false;
   }
 
   slave(name) {
     const up = element("input", { type: "checkbox", id: `${name}-up`, "aria-label": `link to ${name}` });
-    const delay = element("input", { type: "number", id: `${name}-delay`, min: 0, max: 3600, step: "any", "aria-label": `delay of ${name} in s` });
+    const delay = element("input", {
+      type: "number",
+      id: `${name}-delay`,
+      min: 0,
+      max: 3600,
+      step: "any",
+      "aria-label": `delay of ${name} in s`,
+    });
     const does = element("output", {}, "–");
     up.addEventListener("change", () => this.ask({ do: "link", slave: name, connected: up.checked }));
-    delay.addEventListener("change", () => delay.reportValidity() && delay.value && this.ask({ do: "link", slave: name, delay: delay.valueAsNumber }));
+    delay.addEventListener(
+      "change",
+      () => delay.reportValidity() && delay.value && this.ask({ do: "link", slave: name, delay: delay.valueAsNumber }),
+    );
     this.slaves[name] = { up, delay, does, applied: 0, effort: 0 };
     return element("div", { class: "slave" }, element("span", {}, name.replace("_", " ")), up, delay, does);
   }
@@ -107,7 +168,8 @@ export class Desk {
   }
 
   acts({ is, locomotive, value }) {
-    if (is === "applied" && locomotive === "master" && document.activeElement !== this.brake.slider) this.brake.put(Math.round(100 * value));
+    if (is === "applied" && locomotive === "master" && document.activeElement !== this.brake.slider)
+      this.brake.put(Math.round(100 * value));
     const slave = this.slaves[locomotive];
     if (!slave) return;
     slave[is] = value;

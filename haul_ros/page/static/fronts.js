@@ -40,7 +40,8 @@ export function brakeFronts(pressure, time, count) {
     const continued = [];
     for (const [at, direction] of onsets(pressure, time, count, row)) {
       const candidates = open.filter(
-        (front) => front.direction === direction && Math.abs(front.points.at(-1)[0] - at) < APART && !continued.includes(front),
+        (front) =>
+          front.direction === direction && Math.abs(front.points.at(-1)[0] - at) < APART && !continued.includes(front),
       );
       const distance = (front) => Math.abs(front.points.at(-1)[0] - at);
       let front = candidates.sort((a, b) => distance(a) - distance(b))[0];
@@ -99,7 +100,8 @@ export function radioArrivals(run) {
   for (const { name } of run.located) {
     if (name === "master" || !("master" in vehicle)) continue;
     const asked = run.commands.filter(
-      ({ kind, locomotive }) => (kind === "brake" || kind === "emergency") && (locomotive === "master" || locomotive === name),
+      ({ kind, locomotive }) =>
+        (kind === "brake" || kind === "emergency") && (locomotive === "master" || locomotive === name),
     );
     for (const [arrived, value] of run.applied[name]) {
       // Commands of no effect change nothing, so the value tells which it was

@@ -10,7 +10,11 @@ const TOP = 20;
 const BOTTOM = 24;
 const LEAST_LIMIT = { force: 50, stroke: 2, cylinder: 50, pipe: 50 }; // of the colours, so that no noise is shown as more
 const EVENT_COLOURS = {
-  emergency: "line-2", brake_wave: "line-1", radio: "line-4", stopped: "line-3", slack: "line-6",
+  emergency: "line-2",
+  brake_wave: "line-1",
+  radio: "line-4",
+  stopped: "line-3",
+  slack: "line-6",
 };
 const FRONTS_PERIOD = 1000; // ms between two searches for brake waves, live
 
@@ -116,7 +120,10 @@ export class HeatMap {
   }
 
   rowAt(y) {
-    return Math.max(0, Math.min(this.view.shown.rows - 1, Math.floor(((y - TOP) / this.height) * this.view.shown.rows)));
+    return Math.max(
+      0,
+      Math.min(this.view.shown.rows - 1, Math.floor(((y - TOP) / this.height) * this.view.shown.rows)),
+    );
   }
 
   draw() {
@@ -189,7 +196,10 @@ export class HeatMap {
   // A line twice: dark on a light seam, so that it shows on every colour.
   path(points, dash, width) {
     const { context } = this;
-    for (const [colour, wide] of [["rgba(255, 255, 255, 0.85)", width + 2], ["#111", width]]) {
+    for (const [colour, wide] of [
+      ["rgba(255, 255, 255, 0.85)", width + 2],
+      ["#111", width],
+    ]) {
       context.beginPath();
       for (const [k, [time, vehicle]] of points.entries()) {
         if (k) context.lineTo(this.x(time), this.vehicleY(vehicle));
@@ -212,7 +222,11 @@ export class HeatMap {
       context.lineTo(x - 4, y + 6);
       context.closePath();
     } else context.arc(x, y, 4, 0, 2 * Math.PI);
-    Object.assign(context, { fillStyle: shape === "command" ? "#111" : "#fff", strokeStyle: shape === "command" ? "#fff" : "#111", lineWidth: 1.5 });
+    Object.assign(context, {
+      fillStyle: shape === "command" ? "#111" : "#fff",
+      strokeStyle: shape === "command" ? "#fff" : "#111",
+      lineWidth: 1.5,
+    });
     context.fill();
     context.stroke();
   }
@@ -220,10 +234,19 @@ export class HeatMap {
   drawLines() {
     const { run } = this.view;
     for (const { direction, points } of this.fronts) this.path(points, direction > 0 ? [] : [7, 4], 1.3);
-    for (const { sent, from, arrived, to } of this.arrivals) this.path([[sent, from], [arrived, to]], [2, 3], 1.3);
+    for (const { sent, from, arrived, to } of this.arrivals)
+      this.path(
+        [
+          [sent, from],
+          [arrived, to],
+        ],
+        [2, 3],
+        1.3,
+      );
     for (const { arrived, to } of this.arrivals) this.mark(arrived, to, "arrival");
     const vehicle = Object.fromEntries(run.located.map((locomotive) => [locomotive.name, locomotive.vehicle]));
-    for (const { time, locomotive } of run.commands) if (locomotive in vehicle) this.mark(time, vehicle[locomotive], "command");
+    for (const { time, locomotive } of run.commands)
+      if (locomotive in vehicle) this.mark(time, vehicle[locomotive], "command");
   }
 
   drawCursor() {
@@ -281,14 +304,18 @@ export class HeatMap {
       });
     }
     canvas.addEventListener("dblclick", () => view.reset());
-    canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && !event.shiftKey) return; // the page scrolls
-      event.preventDefault();
-      const [from, to] = view.range;
-      const turn = Math.sign(event.deltaY || event.deltaX);
-      if (event.ctrlKey) view.zoom(turn > 0 ? 1.25 : 0.8, this.timeAt(place(event)[0]));
-      else view.setRange(from + 0.1 * turn * (to - from), to + 0.1 * turn * (to - from));
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (!event.ctrlKey && !event.shiftKey) return; // the page scrolls
+        event.preventDefault();
+        const [from, to] = view.range;
+        const turn = Math.sign(event.deltaY || event.deltaX);
+        if (event.ctrlKey) view.zoom(turn > 0 ? 1.25 : 0.8, this.timeAt(place(event)[0]));
+        else view.setRange(from + 0.1 * turn * (to - from), to + 0.1 * turn * (to - from));
+      },
+      { passive: false },
+    );
     byId("show-lines").addEventListener("change", () => this.draw());
   }
 
@@ -303,11 +330,18 @@ export class HeatMap {
     const time = this.timeAt(x);
     if (y < TOP - 2) {
       const near = view.run.events.filter((found) => Math.abs(this.x(found.time) - x) < 5).slice(0, 6);
-      return near.length ? tip.show(event.clientX, event.clientY, ...near.map((found) => `${seconds(found.time, 3)}  ${found.text}`)) : tip.hide();
+      return near.length
+        ? tip.show(event.clientX, event.clientY, ...near.map((found) => `${seconds(found.time, 3)}  ${found.text}`))
+        : tip.hide();
     }
     const [i, row] = [view.run.index(time), this.rowAt(y)];
     const value = view.shown.value(i, row);
-    return tip.show(event.clientX, event.clientY, `${view.shown.names[row]} at ${seconds(view.run.time[i])}`, `${view.shown.text(value)}${this.word(value)}`);
+    return tip.show(
+      event.clientX,
+      event.clientY,
+      `${view.shown.names[row]} at ${seconds(view.run.time[i])}`,
+      `${view.shown.text(value)}${this.word(value)}`,
+    );
   }
 
   word(value) {

@@ -30,7 +30,9 @@ class Live {
     const token = new URLSearchParams(location.search).get("token") ?? "";
     this.socket = new WebSocket(`ws://${location.host}/live?token=${encodeURIComponent(token)}`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.addEventListener("message", ({ data }) => (typeof data === "string" ? this.take(JSON.parse(data)) : this.frame(data)));
+    this.socket.addEventListener("message", ({ data }) =>
+      typeof data === "string" ? this.take(JSON.parse(data)) : this.frame(data),
+    );
     this.socket.addEventListener("close", () => {
       this.tellStatus();
       setTimeout(() => this.open(), AGAIN);
@@ -107,7 +109,8 @@ class Live {
     this.last = performance.now();
     this.desk?.speed(run.speed.value(run.count - 1, 0));
     if (view.following) {
-      const length = whole || run.count < 3 ? Math.min(SHOWN, Math.max(run.end - run.start, 5)) : view.range[1] - view.range[0];
+      const length =
+        whole || run.count < 3 ? Math.min(SHOWN, Math.max(run.end - run.start, 5)) : view.range[1] - view.range[0];
       view.range = [Math.max(run.start, run.end - length), Math.max(run.end, run.start + length)];
       view.whole = length < SHOWN;
       view.cursor = run.end;
@@ -140,6 +143,8 @@ class Live {
     else if (silent) text = this.parts ? "no samples come" : waiting;
     byId("status").textContent = text;
     byId("status").hidden = !text;
-    byId("description").textContent = [scenario, pace, factor === undefined ? "" : `${factor.toFixed(2)} × real time`].filter(Boolean).join(" · ");
+    byId("description").textContent = [scenario, pace, factor === undefined ? "" : `${factor.toFixed(2)} × real time`]
+      .filter(Boolean)
+      .join(" · ");
   }
 }

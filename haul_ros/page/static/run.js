@@ -83,7 +83,13 @@ export class Run {
     ];
     if (pneumatic) quantities.push(along("pipe", "brake pipe pressure", "kPa", vehicles, false, 1));
     this.quantities = Object.fromEntries(quantities.map((quantity) => [quantity.key, quantity]));
-    this.speed = new Quantity({ key: "speed", label: "speed", unit: "km/h", names: ["head", "middle", "tail"], digits: 2 });
+    this.speed = new Quantity({
+      key: "speed",
+      label: "speed",
+      unit: "km/h",
+      names: ["head", "middle", "tail"],
+      digits: 2,
+    });
     this.time = new Float64Array(0);
     this.clear();
   }

@@ -24,7 +24,17 @@ export class Chips {
   draw() {
     const chips = this.view.chosen.map((row, k) => {
       const name = this.view.run.couplers[row];
-      const chip = element("button", { class: "chip", type: "button", title: "remove", "aria-label": `remove ${name}`, onclick: () => this.view.drop(row) }, `${row + 1} ×`);
+      const chip = element(
+        "button",
+        {
+          class: "chip",
+          type: "button",
+          title: "remove",
+          "aria-label": `remove ${name}`,
+          onclick: () => this.view.drop(row),
+        },
+        `${row + 1} ×`,
+      );
       chip.style.setProperty("--colour", styleColour(`line-${k + 1}`));
       return chip;
     });
@@ -50,7 +60,10 @@ export class Events {
     this.drawn = run.events.length + run.events.at(-1)?.time;
     const kinds = [...new Set(run.events.map(({ kind }) => kind))].sort();
     const chosen = this.filter.value;
-    this.filter.replaceChildren(element("option", { value: "" }, "all"), ...kinds.map((kind) => element("option", { value: kind }, kind.replaceAll("_", " "))));
+    this.filter.replaceChildren(
+      element("option", { value: "" }, "all"),
+      ...kinds.map((kind) => element("option", { value: kind }, kind.replaceAll("_", " "))),
+    );
     this.filter.value = kinds.includes(chosen) ? chosen : "";
     const wanted = run.events.filter(({ kind }) => !this.filter.value || kind === this.filter.value);
     // Live the newest come first, and of a long run not all are shown
@@ -66,7 +79,8 @@ export class Events {
       row.dataset.time = found.time;
       return element("li", {}, row);
     });
-    if (wanted.length > shown.length) rows.push(element("li", { class: "note" }, `and ${wanted.length - shown.length} more`));
+    if (wanted.length > shown.length)
+      rows.push(element("li", { class: "note" }, `and ${wanted.length - shown.length} more`));
     if (!rows.length) rows.push(element("li", { class: "note" }, "none"));
     byId("events").replaceChildren(...rows);
     this.point();
@@ -89,7 +103,11 @@ export class Events {
 const COLUMNS = [
   { title: "coupler", value: (peaks, row) => row + 1, digits: 0 },
   { title: "buff kN", value: (peaks, row) => peaks.compression[row], digits: 1 },
-  { title: "at s", value: (peaks, row) => (peaks.compression[row] > 0 ? peaks.compression_time[row] : Number.NaN), digits: 3 },
+  {
+    title: "at s",
+    value: (peaks, row) => (peaks.compression[row] > 0 ? peaks.compression_time[row] : Number.NaN),
+    digits: 3,
+  },
   { title: "draft kN", value: (peaks, row) => peaks.tension[row], digits: 1 },
   { title: "at s", value: (peaks, row) => (peaks.tension[row] > 0 ? peaks.tension_time[row] : Number.NaN), digits: 3 },
   { title: "in mm", value: (peaks, row) => peaks.compression_stroke[row], digits: 2 },
@@ -119,7 +137,11 @@ export class Peaks {
     this.drawn = peaks;
     const heads = COLUMNS.map(({ title }, k) => {
       const sorted = k === order.column ? (order.falling ? "descending" : "ascending") : false;
-      return element("th", { scope: "col", "aria-sort": sorted }, element("button", { type: "button", onclick: () => this.sortBy(k) }, title));
+      return element(
+        "th",
+        { scope: "col", "aria-sort": sorted },
+        element("button", { type: "button", onclick: () => this.sortBy(k) }, title),
+      );
     });
     byId("peaks-head").replaceChildren(element("tr", {}, ...heads));
     if (!peaks) return byId("peaks-body").replaceChildren();
@@ -132,7 +154,11 @@ export class Peaks {
           const found = value(peaks, row);
           return element("td", {}, Number.isFinite(found) ? found.toFixed(digits) : "–");
         });
-        return element("tr", { title: `${couplers[row]}, between ${vehicles[row]} and ${vehicles[row + 1]}`, onclick: () => this.go(row) }, ...cells);
+        return element(
+          "tr",
+          { title: `${couplers[row]}, between ${vehicles[row]} and ${vehicles[row + 1]}`, onclick: () => this.go(row) },
+          ...cells,
+        );
       }),
     );
   }
@@ -150,9 +176,17 @@ export class Arrivals {
   constructor(view, map) {
     view.add((changed) => {
       if (!changed.has("data")) return;
-      const rows = map.arrivals.slice(-200).map(({ name, sent, arrived }) =>
-        element("tr", { onclick: () => view.look(arrived) }, ...[name, sent.toFixed(3), arrived.toFixed(3), (arrived - sent).toFixed(3)].map((text) => element("td", {}, text))),
-      );
+      const rows = map.arrivals
+        .slice(-200)
+        .map(({ name, sent, arrived }) =>
+          element(
+            "tr",
+            { onclick: () => view.look(arrived) },
+            ...[name, sent.toFixed(3), arrived.toFixed(3), (arrived - sent).toFixed(3)].map((text) =>
+              element("td", {}, text),
+            ),
+          ),
+        );
       byId("arrivals-body").replaceChildren(...rows);
       byId("arrivals").hidden = !rows.length;
     });
@@ -166,8 +200,19 @@ export class Waves {
       if (!changed.has("data")) return;
       const rows = map.waves.slice(-200).map(({ direction, begin, end, speed }) => {
         const what = direction > 0 ? "applies" : "releases";
-        const cells = [what, begin[1] + 1, begin[0].toFixed(2), end[1] + 1, end[0].toFixed(2), Number.isNaN(speed) ? "–" : speed.toFixed(0)];
-        return element("tr", { onclick: () => view.look(begin[0]) }, ...cells.map((text) => element("td", {}, String(text))));
+        const cells = [
+          what,
+          begin[1] + 1,
+          begin[0].toFixed(2),
+          end[1] + 1,
+          end[0].toFixed(2),
+          Number.isNaN(speed) ? "–" : speed.toFixed(0),
+        ];
+        return element(
+          "tr",
+          { onclick: () => view.look(begin[0]) },
+          ...cells.map((text) => element("td", {}, String(text))),
+        );
       });
       byId("waves-body").replaceChildren(...rows);
       byId("waves").hidden = !rows.length;
@@ -181,7 +226,9 @@ export class NumberTables {
     Object.assign(this, { view, tables, order: null });
     const names = Object.keys(tables);
     byId("tables").hidden = !names.length;
-    byId("table-name").replaceChildren(...names.map((name) => element("option", { value: name }, name.replaceAll("_", " "))));
+    byId("table-name").replaceChildren(
+      ...names.map((name) => element("option", { value: name }, name.replaceAll("_", " "))),
+    );
     byId("table-name").addEventListener("change", () => {
       this.order = null;
       this.draw();
@@ -200,11 +247,25 @@ export class NumberTables {
     const { order } = this;
     const heads = columns.map((name, k) => {
       const sorted = k === order?.column ? (order.falling ? "descending" : "ascending") : false;
-      return element("th", { scope: "col", "aria-sort": sorted }, element("button", { type: "button", onclick: () => this.sortBy(k) }, name.replaceAll("_", " ")));
+      return element(
+        "th",
+        { scope: "col", "aria-sort": sorted },
+        element("button", { type: "button", onclick: () => this.sortBy(k) }, name.replaceAll("_", " ")),
+      );
     });
     byId("table-head").replaceChildren(element("tr", {}, ...heads));
-    const shown = order ? [...rows].sort((a, b) => (order.falling ? -1 : 1) * compared(a[order.column], b[order.column])) : rows;
-    const lines = shown.slice(0, MOST_ROWS).map((row) => element("tr", { onclick: () => this.go(columns, row) }, ...row.map((value) => element("td", {}, value === null ? "–" : String(value)))));
+    const shown = order
+      ? [...rows].sort((a, b) => (order.falling ? -1 : 1) * compared(a[order.column], b[order.column]))
+      : rows;
+    const lines = shown
+      .slice(0, MOST_ROWS)
+      .map((row) =>
+        element(
+          "tr",
+          { onclick: () => this.go(columns, row) },
+          ...row.map((value) => element("td", {}, value === null ? "–" : String(value))),
+        ),
+      );
     byId("table-body").replaceChildren(...lines);
     byId("table-note").textContent = count > lines.length ? `${lines.length} of ${count} rows` : "";
   }
@@ -220,13 +281,22 @@ export class NumberTables {
 }
 
 function compared(a, b) {
-  if (typeof a === "string" || typeof b === "string") return String(b ?? "").localeCompare(String(a ?? ""), "en", { numeric: true });
+  if (typeof a === "string" || typeof b === "string")
+    return String(b ?? "").localeCompare(String(a ?? ""), "en", { numeric: true });
   return (a ?? Number.NEGATIVE_INFINITY) - (b ?? Number.NEGATIVE_INFINITY) || 0;
 }
 
 // Figures of the whole run, each a label, a value and where or when.
 export function showSummary(items) {
   byId("summary").replaceChildren(
-    ...items.map(({ label, value, more }) => element("div", { class: "figure" }, element("span", {}, label), element("b", {}, value), element("small", {}, more ?? ""))),
+    ...items.map(({ label, value, more }) =>
+      element(
+        "div",
+        { class: "figure" },
+        element("span", {}, label),
+        element("b", {}, value),
+        element("small", {}, more ?? ""),
+      ),
+    ),
   );
 }
