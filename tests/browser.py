@@ -59,7 +59,7 @@ class Watched:
 
     def open(self, url: str) -> None:
         self.page.goto(url)
-        self.page.wait_for_selector("body[data-ready]")
+        self.page.wait_for_selector("body[data-ready]", timeout=120_000)  # a node may have to compile first
 
     def wait_for(self, condition: Callable[[], bool], what: str, longest: float = WAIT) -> None:
         """The policy of the page keeps conditions in JavaScript from being waited for."""

@@ -218,13 +218,14 @@ def test_text_of_a_recording_is_shown_and_never_becomes_markup(browser: Browser,
             yield topic, message
 
     forged = stop.with_name("<img src=x onerror=window.hit=1>.mcap")
-    forge(stop, forged, messages=changed)
+    forge(stop, forged, messages=changed, description=lambda found: found | {"scenario": attack})
     page = stop.with_name("forged.html")
     write_report(forged, page)
     watched = Watched(browser)
     watched.open(page.as_uri())
     assert watched.page.evaluate("window.hit") is None
-    assert watched.text("#title") == watched.page.title() == f"{forged.name}, recorded by somebody else"
+    assert watched.text("#title") == watched.page.title() == attack
+    assert forged.name in watched.text("#notes")
     assert attack in watched.text("#events")
     assert watched.complaints == []
     # And if it became markup all the same, the policy would not let it run

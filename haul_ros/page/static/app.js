@@ -1,11 +1,15 @@
 // The page: a run from its own data, or one that comes over a socket.
 
-import { ProfileChart, timeCharts } from "./charts.js";
+import { ColourBar } from "./colourbar.js";
 import { Controls } from "./controls.js";
+import { timeCharts } from "./curves.js";
 import { byId, element } from "./dom.js";
-import { ColourBar, HeatMap } from "./heatmap.js";
+import { Chips, Events } from "./events.js";
+import { HeatMap } from "./heatmap.js";
 import { connect } from "./live.js";
-import { Arrivals, Chips, Events, NumberTables, Peaks, showSummary, Waves } from "./tables.js";
+import { Pointer } from "./pointer.js";
+import { ProfileChart } from "./profile.js";
+import { Arrivals, NumberTables, Peaks, showSummary, Waves } from "./tables.js";
 import { unpackedRun } from "./unpacking.js";
 import { View } from "./view.js";
 
@@ -18,6 +22,7 @@ export function show(run, live) {
   const map = new HeatMap(view);
   const parts = {
     colours: new ColourBar(view, map),
+    pointer: new Pointer(map),
     charts: timeCharts(view),
     profile: new ProfileChart(view, "profile-chart"),
     chips: new Chips(view),

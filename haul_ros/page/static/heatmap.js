@@ -1,12 +1,11 @@
 // A quantity over time and place as colours, with commands, radio and brake waves drawn in.
 
 import { pixels, styleColour } from "./colours.js";
-import { byId, seconds, tip } from "./dom.js";
+import { byId, seconds } from "./dom.js";
 import { brakeFronts, brakeWaves, radioArrivals } from "./fronts.js";
+import { LEFT, RIGHT, ticks } from "./scales.js";
 
-export const LEFT = 62; // pixels, the same in the charts below
-export const RIGHT = 14;
-const TOP = 20;
+export const TOP = 20;
 const BOTTOM = 24;
 const LEAST_LIMIT = { force: 50, stroke: 2, cylinder: 50, pipe: 50 }; // of the colours, so that no noise is shown as more
 const EVENT_COLOURS = {
@@ -18,16 +17,6 @@ const EVENT_COLOURS = {
 };
 const FRONTS_PERIOD = 1000; // ms between two searches for brake waves, live
 
-// Round times for an axis of so many pixels.
-export function ticks(from, to, width, apart = 80) {
-  const rough = ((to - from) * apart) / width;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough) ?? rough;
-  const found = [];
-  for (let k = Math.ceil(from / step - 1e-9); k * step <= to + 1e-9; k++) found.push(k * step);
-  return { found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
-}
-
 export class HeatMap {
   constructor(view) {
     this.view = view;
@@ -38,10 +27,9 @@ export class HeatMap {
     this.waves = [];
     this.arrivals = [];
     this.searched = Number.NEGATIVE_INFINITY;
-    this.drag = null;
+    this.drag = null; // { x, now, y, touch, zooming } while the pointer is down
     view.add((changed) => this.update(changed));
     new ResizeObserver(() => this.update(new Set(["data"]))).observe(this.canvas);
-    this.listen();
   }
 
   update(changed) {
@@ -265,112 +253,5 @@ export class HeatMap {
       context.lineTo(x + 9, y + 4);
       context.fill();
     }
-  }
-
-  listen() {
-    const { canvas, view } = this;
-    const place = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [event.clientX - box.left, event.clientY - box.top];
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      const [x, y] = place(event);
-      this.drag = { x, now: x, y, touch: event.pointerType !== "mouse" };
-      canvas.setPointerCapture(event.pointerId);
-      if (this.drag.touch) view.look(this.timeAt(x));
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const [x, y] = place(event);
-      if (this.drag) {
-        this.drag.now = Math.max(LEFT, Math.min(LEFT + this.width, x));
-        if (this.drag.touch) view.look(this.timeAt(x));
-        else this.drag.zooming ||= Math.abs(x - this.drag.x) > 5;
-        this.draw();
-      }
-      this.hover(event, x, y);
-    });
-    canvas.addEventListener("pointerup", (event) => {
-      const { drag } = this;
-      this.drag = null;
-      if (!drag) return;
-      if (drag.zooming) view.setRange(...[this.timeAt(drag.x), this.timeAt(drag.now)].sort((a, b) => a - b));
-      else this.click(...place(event));
-      this.draw();
-    });
-    for (const end of ["pointercancel", "pointerleave"]) {
-      canvas.addEventListener(end, () => {
-        if (end === "pointercancel") this.drag = null;
-        tip.hide();
-      });
-    }
-    canvas.addEventListener("dblclick", () => view.reset());
-    canvas.addEventListener(
-      "wheel",
-      (event) => {
-        if (!event.ctrlKey && !event.shiftKey) return; // the page scrolls
-        event.preventDefault();
-        const [from, to] = view.range;
-        const turn = Math.sign(event.deltaY || event.deltaX);
-        if (event.ctrlKey) view.zoom(turn > 0 ? 1.25 : 0.8, this.timeAt(place(event)[0]));
-        else view.setRange(from + 0.1 * turn * (to - from), to + 0.1 * turn * (to - from));
-      },
-      { passive: false },
-    );
-    byId("show-lines").addEventListener("change", () => this.draw());
-  }
-
-  click(x, y) {
-    this.view.look(this.timeAt(x));
-    if (y >= TOP && !this.ofVehicles) this.view.choose(this.rowAt(y));
-  }
-
-  hover(event, x, y) {
-    const { view } = this;
-    if (x < LEFT || x > LEFT + this.width || !view.run.count) return tip.hide();
-    const time = this.timeAt(x);
-    if (y < TOP - 2) {
-      const near = view.run.events.filter((found) => Math.abs(this.x(found.time) - x) < 5).slice(0, 6);
-      return near.length
-        ? tip.show(event.clientX, event.clientY, ...near.map((found) => `${seconds(found.time, 3)}  ${found.text}`))
-        : tip.hide();
-    }
-    const [i, row] = [view.run.index(time), this.rowAt(y)];
-    const value = view.shown.value(i, row);
-    return tip.show(
-      event.clientX,
-      event.clientY,
-      `${view.shown.names[row]} at ${seconds(view.run.time[i])}`,
-      `${view.shown.text(value)}${this.word(value)}`,
-    );
-  }
-
-  word(value) {
-    if (!this.view.shown.diverging || !value) return "";
-    return value > 0 ? " compression" : " tension";
-  }
-}
-
-// The scale of the colours.
-export class ColourBar {
-  constructor(view, map) {
-    this.canvas = byId("colour-bar");
-    view.add((changed) => {
-      if (["data", "quantity"].some((what) => changed.has(what))) this.draw(view.shown, map.limit, !map.ofVehicles);
-    });
-  }
-
-  draw({ diverging, unit, title }, limit, ofCouplers) {
-    const { canvas } = this;
-    Object.assign(canvas, { width: 180, height: 1 });
-    const context = canvas.getContext("2d");
-    const image = context.createImageData(180, 1);
-    const colour = pixels(diverging, limit);
-    const target = new Uint32Array(image.data.buffer);
-    for (let x = 0; x < 180; x++) target[x] = colour(diverging ? (x / 89.5 - 1) * limit : (x / 179) * limit);
-    context.putImageData(image, 0, 0);
-    const shown = limit.toFixed(limit < 10 ? 1 : 0);
-    byId("map-title").textContent = `${title} over time [s] and ${ofCouplers ? "couplers" : "vehicles"} from the head`;
-    byId("colour-low").textContent = diverging ? `tension ${shown}` : "0";
-    byId("colour-high").textContent = diverging ? `${shown} ${unit} compression` : `${shown} ${unit}`;
   }
 }
