@@ -19,12 +19,13 @@ from haul_ros.physics.air_assembly import total_air
 from haul_ros.physics.assembly import assemble, protected, with_room_for_waves
 from haul_ros.physics.hinges import stored_energy
 from haul_ros.physics.kernel import data
-from haul_ros.physics.kernel._jit import is_cached
+from haul_ros.physics.kernel._jit import interpreted, is_cached
 from haul_ros.physics.kernel.advance import advance
 from haul_ros.physics.kernel.air_data import RELEASED
 from haul_ros.physics.kernel.air_driver_valve import told_by_pipe
 from haul_ros.physics.kernel.air_flow import FLOW_FACTOR
 from haul_ros.physics.kernel.blocks import Blocks, Train, named
+from haul_ros.physics.kernel.effort import drop_efforts, stop_pulling
 from haul_ros.physics.lumping import lump
 from haul_ros.physics.parting import Parting, PartingKind, leak_areas, stop_waves_at, without_draft, without_hose
 from haul_ros.units import seconds_to_ns
@@ -43,6 +44,9 @@ _FULL = 0.75
 
 Floats = NDArray[np.float64]
 
+_told_by_pipe = interpreted(told_by_pipe)
+_drop_efforts = interpreted(drop_efforts)
+_stop_pulling = interpreted(stop_pulling)
 
 COMPILING = (
     "compiling the model, once after an installation or if what is kept of it is damaged; "
@@ -320,18 +324,12 @@ class TrainModel:
 
     def drop_efforts(self, vehicle: int) -> None:
         """An emergency at a vehicle: traction ends at once, the electric brake too unless it is to stay."""
-        vehicles = self._train.vehicles
-        stays = self._train.vehicle_parameters.electric_in_emergency[vehicle] == 1.0
-        least = -np.inf if stays else 0.0
-        for row in (vehicles.effort_asked, vehicles.traction_demand):
-            row[vehicle] = min(max(row[vehicle], least), 0.0)
+        _drop_efforts(self._train.vehicle_parameters, self._train.vehicles, vehicle)
         advance(self._blocks, 0)
 
     def stop_pulling(self, vehicle: int) -> None:
         """End the tractive effort of a vehicle at once; an electric brake stays."""
-        vehicles = self._train.vehicles
-        for row in (vehicles.effort_asked, vehicles.traction_demand):
-            row[vehicle] = min(row[vehicle], 0.0)
+        _stop_pulling(self._train.vehicles, vehicle)
         advance(self._blocks, 0)
 
     @property
@@ -355,7 +353,7 @@ class TrainModel:
         if self._pneumatic is None:
             return self.brake_target(vehicle) > 0.0
         air, valves, k = self._train.air[0], self._train.driver_valves, self._driver_valve[vehicle]
-        return bool(told_by_pipe(air, valves, k, self._train.air_state.pipe[vehicle]))
+        return bool(_told_by_pipe(air, valves, k, self._train.air_state.pipe[vehicle]))
 
     # -- pneumatic brake ---------------------------------------------------------------------------
 

@@ -39,6 +39,15 @@ def inner(function: _Function) -> _Function:
     return compiled
 
 
+def interpreted(function: _Function) -> _Function:
+    """An `inner` function for Python to call, now and then: compiled it would be ready after a second only.
+
+    It must not call other functions of the kernel.
+    """
+    original: _Function = getattr(function, "py_func", function)
+    return original
+
+
 def outer(function: _Function) -> _Function:
     """Compile a function that only other compiled functions call, once, not again wherever it is called.
 

@@ -15,21 +15,17 @@ from haul_ros.physics.kernel.data import Record
 
 
 @inner
-def add_vented(account: Record, mass: float) -> None:
-    """Add to the air that has left [kg]; compensated, or in hours the rounding of a large sum would show (Kahan)."""
-    wanted = mass - account.vented_rest
-    total = account.vented + wanted
-    account.vented_rest = (total - account.vented) - wanted
-    account.vented = total
+def _added(total: float, rest: float, part: float) -> tuple[float, float]:
+    """A sum with one part more, and the rest that rounding leaves; that of a large sum would show in hours (Kahan)."""
+    wanted = part - rest
+    new = total + wanted
+    return new, (new - total) - wanted
 
 
 @inner
-def _add_compressed(account: Record, mass: float) -> None:
-    """The same of the air that compressors have brought."""
-    wanted = mass - account.compressed_rest
-    total = account.compressed + wanted
-    account.compressed_rest = (total - account.compressed) - wanted
-    account.compressed = total
+def add_vented(account: Record, mass: float) -> None:
+    """Add to the air that has left [kg]."""
+    account.vented, account.vented_rest = _added(account.vented, account.vented_rest, mass)
 
 
 @inner
@@ -106,7 +102,8 @@ def driver_valve(
         valves.main_reservoir[k] = state.auxiliary[i]
     _take_equalising(air, valves, k)
     _feel(air, valves, k, pipe, link_down)
-    _add_compressed(account, _compress(air, parameters, valves, k))
+    brought = _compress(air, parameters, valves, k)
+    account.compressed, account.compressed_rest = _added(account.compressed, account.compressed_rest, brought)
     if valves.emergency[k] == 1.0 or valves.vent_left[k] > 0.0:
         area = air.emergency_area
         valves.vent_left[k] = max(0.0, valves.vent_left[k] - air.step)

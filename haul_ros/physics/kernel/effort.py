@@ -119,7 +119,6 @@ def stop_pulling(vehicles: VehicleState, i: int) -> None:
 @inner
 def drop_efforts(parameters: VehicleParameters, vehicles: VehicleState, i: int) -> None:
     """An emergency has reached a vehicle: traction ends at once, the electric brake too unless it is to stay."""
-    stop_pulling(vehicles, i)
-    if parameters.electric_in_emergency[i] == 0.0:
-        vehicles.effort_asked[i] = 0.0
-        vehicles.traction_demand[i] = 0.0
+    stays = parameters.electric_in_emergency[i] == 1.0
+    vehicles.effort_asked[i] = min(vehicles.effort_asked[i], 0.0) if stays else 0.0
+    vehicles.traction_demand[i] = min(vehicles.traction_demand[i], 0.0) if stays else 0.0
