@@ -12,38 +12,13 @@ from mcap.records import Message
 from mcap.writer import CompressionType
 
 from haul_ros.errors import RecordingError
-from haul_ros.messages.encoder import TelemetryEncoder
-from haul_ros.model.command import Command, CommandKind
-from haul_ros.model.event import Event, EventKind
-from haul_ros.model.request import TimedRequest
-from haul_ros.model.sample import CouplerExtremes, Sample
-from haul_ros.model.scenario import Scenario
 from haul_ros.recording import ordered, reader
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover
-from haul_ros.recording.writer import McapRecorder
 from tests.recorded import forge
 
 BRAKE, EVENTS = "/haul/master/brake_command", "/haul/events"
 Found = list[tuple[str, Message]]
-
-
-@pytest.fixture
-def run(
-    tmp_path: Path,
-    scenario: Scenario,
-    encoder: TelemetryEncoder,
-    make_sample: Callable[[int], Sample],
-    extremes: CouplerExtremes,
-) -> Path:
-    path = tmp_path / "run.mcap"
-    with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
-        for step in range(20):
-            recorder.put(encoder.sample(make_sample(step)), 1)
-        recorder.put(encoder.entries([TimedRequest(5, Command("master", CommandKind.BRAKE, 0.5))]), 2)
-        recorder.put(encoder.entries([Event(6, EventKind.RADIO, "lost")]), 2)
-        recorder.put(encoder.extremes(1_000_000_000, extremes), 3)
-    return path
 
 
 def repeated(topic: str, count: int) -> Callable[[Found], Iterable[tuple[str, Message]]]:

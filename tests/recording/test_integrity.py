@@ -8,7 +8,6 @@ import resource
 import struct
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,14 +15,9 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from haul_ros.errors import RecordingError
-from haul_ros.messages.encoder import TelemetryEncoder
-from haul_ros.model.command import Command, CommandKind
-from haul_ros.model.request import TimedRequest
-from haul_ros.model.sample import CouplerExtremes, Sample
 from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.recovery import recover, survey
-from haul_ros.recording.writer import McapRecorder
 from tests.recorded import content, forge, sign_summary, summary_section
 from tests.waiting import WAIT
 
@@ -31,23 +25,6 @@ pytestmark = pytest.mark.no_cover
 
 MEMORY = 1_500_000_000
 """Bytes of address space for a reader: it takes some 600 MB of it for its libraries."""
-
-
-@pytest.fixture
-def run(
-    tmp_path: Path,
-    scenario: Scenario,
-    encoder: TelemetryEncoder,
-    make_sample: Callable[[int], Sample],
-    extremes: CouplerExtremes,
-) -> Path:
-    path = tmp_path / "run.mcap"
-    with McapRecorder(path, scenario, encoder.channels, when_full="block") as recorder:
-        recorder.put(encoder.entries([TimedRequest(5, Command("master", CommandKind.EMERGENCY, 1.0))]), 2)
-        for step in range(20):
-            recorder.put(encoder.sample(make_sample(step)), 1)
-        recorder.put(encoder.extremes(1_000_000_000, extremes), 3)
-    return path
 
 
 def test_a_flipped_bit_anywhere_is_noticed_or_changes_nothing(run: Path, tmp_path: Path) -> None:
@@ -78,7 +55,7 @@ def test_a_flipped_bit_anywhere_is_noticed_or_changes_nothing(run: Path, tmp_pat
 
 def test_a_command_that_is_hidden_in_the_summary_is_noticed(run: Path, tmp_path: Path) -> None:
     data = bytearray(run.read_bytes())
-    place = data.rindex(b"/haul/master/emergency_brake")
+    place = data.rindex(b"/haul/master/brake_command")
     data[place + 6] ^= 1
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(data)
@@ -86,7 +63,7 @@ def test_a_command_that_is_hidden_in_the_summary_is_noticed(run: Path, tmp_path:
         Recording(damaged)
     found = survey(damaged)
     assert found.counts["/haul/couplers"] == 20
-    assert found.counts["/haul/master/emergency_brake"] == 1
+    assert found.counts["/haul/master/brake_command"] == 1
     recover(damaged, tmp_path / "whole.mcap")
     with Recording(tmp_path / "whole.mcap") as recording:
         assert len(recording.commands()) == 1
