@@ -162,6 +162,17 @@ def test_events_tell_what_valves_do_at_locomotives_and_the_tail() -> None:
     assert not [text for kind, text in told if kind is EventKind.VALVE]  # it was asked for
 
 
+def test_the_last_work_of_an_electric_brake_that_an_emergency_ends_is_its_own() -> None:
+    session = Session(scenario(vehicles__SS4__effort_rise_time_s=1))
+    session.request(Command("master", CommandKind.ELECTRIC_BRAKE, 200e3))
+    session.advance(3_000)
+    session._model.part_hose(10)
+    session.advance(5_000)
+    assert session._model.efforts[0] == 0.0
+    assert session.energy().traction_work == 0.0
+    assert session.energy().electric_brake_work > 0.0
+
+
 def test_an_emergency_that_nobody_asked_for_is_told() -> None:
     session = Session(scenario())
     session.take_log()

@@ -97,7 +97,7 @@ def commit_efforts(
             vehicles.traction_in_force[i] = 0.0
             continue
         work = 0.5 * (vehicles.traction[i] + trial.traction[i]) * trial.displacement_change[i]
-        if vehicles.traction_demand[i] < 0.0 or demand < 0.0:
+        if vehicles.traction_in_force[i] < 0.0 or demand < 0.0:  # an emergency may have ended the demand meanwhile
             vehicles.electric_work[i] -= work
         else:
             vehicles.traction_work[i] += work
