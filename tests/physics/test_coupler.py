@@ -222,7 +222,8 @@ def test_a_gear_that_closes_fully_is_reported_with_the_time_when_it_first_did() 
     train = model(train_of([vehicle()] * 3, gear), [1.0, 1.0, 3.0])
     samples = history(train, 1000)
     closed = [s.time_ns / 1e9 for s in samples if abs(s.stroke[1]) >= 0.03 + 0.005]
-    assert train.extremes().bottomed_time[1] == pytest.approx(closed[0])
+    # To within a part of the step that ends with the first of these samples.
+    assert closed[0] - 1e-3 < train.extremes().bottomed_time[1] <= closed[0]
 
 
 @pytest.mark.interpreted
