@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-import haul_ros
 from haul_ros.cli.commands import COMMANDS
 from haul_ros.cli.main import build_parser
 from haul_ros.version import __version__
