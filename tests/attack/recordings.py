@@ -47,7 +47,7 @@ def damaged(rng: random.Random, folder: Path) -> Outcome:
 
 
 def _commands(rng: random.Random, path: Path, folder: Path) -> None:
-    match rng.randrange(4):
+    match rng.randrange(5):
         case 0:
             haul("info", str(path), *rng.choice(((), ("--json",))))
         case 1:
@@ -56,6 +56,8 @@ def _commands(rng: random.Random, path: Path, folder: Path) -> None:
             haul("recover", str(path), "-o", str(folder / "recovered.mcap"))
             if (folder / "recovered.mcap").exists():
                 content(folder / "recovered.mcap")
+        case 3:
+            haul("compare", str(path), str(path), "-o", str(folder / "comparison"))
         case _:
             haul("analyze", str(path), "-o", str(folder / "analysis"))
 
