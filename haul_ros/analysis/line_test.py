@@ -25,6 +25,8 @@ LARGEST_CSV = 512 * 1024 * 1024
 """Bytes of a file of measurements."""
 MOST_ROWS = 5_000_000
 _MOST_COLUMNS = 1000
+_PIECE = 50_000
+"""Rows."""
 _LARGEST_MAP = 1024 * 1024
 _TIMES = ("time_s", "time", "t_s", "t")
 _COUPLER = re.compile(r"(-?)(coupler_[0-9]{3,4})(_force_kN)?")
@@ -210,13 +212,16 @@ def _read(path: Path, rows: Iterable[list[str]], columns: Iterable[str] | None, 
     if not wanted:
         raise LineTestError(f"{path}: no column is called as coupler_050 or vehicle_001_speed_kmh, expected --map")
     places = [header.index(name) for name in (time, *wanted)]
-    values: list[list[float]] = []
+    pieces, values = [np.empty((0, len(places)))], list[list[float]]()
     for number, row in enumerate(rows, 2):
-        if len(values) >= MOST_ROWS:
+        if number > MOST_ROWS + 1:
             raise LineTestError(f"{path}: more than {MOST_ROWS} rows, expected at most that")
         if row:
             values.append([_number(path, number, header[at], row[at] if at < len(row) else "") for at in places])
-    table = np.array(values, dtype=float).reshape(-1, len(places))
+        if len(values) >= _PIECE:  # as lists they take far more memory
+            pieces.append(np.array(values))
+            values = []
+    table = np.concatenate([*pieces, np.array(values, dtype=float).reshape(-1, len(places))])
     if not len(table) or not np.isfinite(table[:, 0]).all() or (np.diff(table[:, 0]) <= 0.0).any():
         raise LineTestError(f"{path}: {time} does not rise from row to row, expected times in s")
     return Measurement(path, table[:, 0], {name: table[:, i] for i, name in enumerate(wanted, 1)})

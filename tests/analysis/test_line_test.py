@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from haul_ros.analysis import line_test
 from haul_ros.analysis.line_test import (
     BANDS,
     LineTestError,
@@ -93,6 +94,19 @@ def test_a_csv_that_cannot_be_used_is_told_in_one_line(tmp_path: Path, text: str
         read_csv(path, None)
     assert message in str(caught.value)
     assert "test.csv" in str(caught.value)
+
+
+def test_rows_are_read_in_pieces_up_to_a_bound(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(line_test, "_PIECE", 3)
+    monkeypatch.setattr(line_test, "MOST_ROWS", 10)
+    path = tmp_path / "test.csv"
+    path.write_text("time_s,coupler_001\n" + "".join(f"{i},{-i}\n" for i in range(10)), "utf-8")
+    measured = read_csv(path, None)
+    assert measured.time.tolist() == list(range(10))
+    assert measured.columns["coupler_001"].tolist() == [-i for i in range(10)]
+    path.write_text(path.read_text("utf-8") + "10,1\n", "utf-8")
+    with pytest.raises(LineTestError, match="more than 10 rows, expected at most that"):
+        read_csv(path, None)
 
 
 def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
