@@ -63,16 +63,20 @@ def compared(
     window: Window,
     limit: float,
     node: str | None = None,
+    run: int | None = None,
+    *,
     show: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Compared:
-    """Read a recording for a comparison; ``show`` is told how many samples of how many have been read.
+    """Read a recording for a comparison.
+
+    ``node`` and ``run`` are as `open_train` takes them; ``show`` is told how many samples of how many have been read.
 
     Raises
     ------
     HaulError
         It cannot be used, or has no coupler or vehicle to which a signal is put.
     """
-    with open_train(path, node) as source:
+    with open_train(path, node, run) as source:
         scenario = scenario_of(source)
         layout = TrainLayout.for_source(source, scenario)
         chosen = [signals(test.measurement, test.targets, source.couplers, source.vehicles) for test in tests]

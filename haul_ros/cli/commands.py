@@ -70,7 +70,11 @@ def _compare(parser: ArgumentParser) -> None:
         "or time [s]; or a file of such lines; may be repeated",
     )
     parser.add_argument("--offset", metavar="S", type=seconds, default=0.0, help="add to measured times [s]")
-    _node_name(parser)
+    each = "; once for all, or once for each recording"
+    _repeatable(parser, "--node", "NAME", f"full name of the train's node, where there are several trains{each}")
+    parser.add_argument(
+        "--run", metavar="N", type=int, action="append", default=[], help=f"which run, where the node was reset{each}"
+    )
     _limit(parser)
     _pictures(parser)
     _json(parser, "the numbers")
@@ -176,12 +180,8 @@ def _pictures(parser: ArgumentParser) -> None:
 
 
 def _train(parser: ArgumentParser) -> None:
-    _node_name(parser)
-    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
-
-
-def _node_name(parser: ArgumentParser) -> None:
     parser.add_argument("--node", metavar="NAME", help="full name of the train's node, where there are several trains")
+    parser.add_argument("--run", metavar="N", type=int, help="which run, where the node was reset: 1, 2 ...")
 
 
 def _limit(parser: ArgumentParser) -> None:

@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from haul_ros.analysis.bundle import AnalysisError, write_files
 from haul_ros.analysis.comparison import (
@@ -27,6 +28,7 @@ from haul_ros.cli.layout import rows
 from haul_ros.cli.progress import reading_progress
 from haul_ros.errors import one_line
 
+_Value = TypeVar("_Value", str, int)
 _DEFAULT_FOLDER = Path("comparison")
 
 
@@ -40,10 +42,12 @@ def compare(arguments: argparse.Namespace) -> int:
     window = Window(
         -math.inf if arguments.begin is None else arguments.begin, math.inf if arguments.end is None else arguments.end
     )
+    nodes = _of_each("--node", arguments.node, recordings)
+    numbers = _of_each("--run", arguments.run, recordings)
     runs: list[Compared] = []
-    for label, path in zip(labels(recordings), recordings, strict=True):
+    for label, path, node, number in zip(labels(recordings), recordings, nodes, numbers, strict=True):
         with reading_progress() as show:
-            runs.append(compared(label, path, tests, window, arguments.limit * 1e3, arguments.node, show))
+            runs.append(compared(label, path, tests, window, arguments.limit * 1e3, node, number, show=show))
     tables: dict[str, Table] = {}
     figures = {}
     title = " - ".join(run.label for run in runs)
@@ -66,6 +70,15 @@ def compare(arguments: argparse.Namespace) -> int:
         lines += rows([("written", one_line(", ".join(str(file) for file in files)))])
         print("\n".join(lines))
     return 0
+
+
+def _of_each(option: str, given: Sequence[_Value], recordings: Sequence[Path]) -> list[_Value | None]:
+    """What is given once for all, for each, or not at all."""
+    if len(given) not in (0, 1, len(recordings)):
+        problem = f"{option} {len(given)} times for {len(recordings)} recordings"
+        raise AnalysisError(f"{problem}, expected once for all or once for each")
+    found: list[_Value | None] = list(given) if given else [None]
+    return found if len(found) == len(recordings) else found * len(recordings)
 
 
 def _line_tests(arguments: argparse.Namespace, paths: Sequence[Path]) -> list[LineTest]:

@@ -2,10 +2,14 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
+
+from tests.bags import Train, write_mcap
 
 if TYPE_CHECKING:
     from tests.cli.conftest import Haul
@@ -90,6 +94,30 @@ def test_series_of_an_analysis_are_a_line_test_without_mapping(recorded: Haul) -
     assert errors["soon"]["rms_error"] > 1.0
     assert errors["late"]["correlation"] == pytest.approx(1.0)
     assert {Path(file).name for file in found["files"]} >= {"comparison.csv", "errors.csv", "measured.png"}
+
+
+def test_two_trains_and_two_runs_of_one_bag_are_compared(haul: Haul) -> None:
+    time = np.arange(0.0, 2.0, 0.1)
+    still = np.zeros((20, 2))
+    train = Train(time, np.full((20, 1), 100e3), np.zeros((20, 1)), np.zeros((20, 1)), still, still, still, still)
+    again = replace(train, force=train.force * 3.0)
+    other = replace(train, node="/b/haul", force=train.force * 2.0).messages()
+    later = [message._replace(log_time=message.log_time + 10**10) for message in again.messages()]
+    write_mcap(Path("bag.mcap"), [*sorted([*train.messages(), *other], key=lambda m: m.log_time), *later])
+
+    def peaks(*arguments: str) -> dict[str, float]:
+        outcome = haul("compare", "bag.mcap", "bag.mcap", "-o", "out", "--json", *arguments)
+        assert (outcome.status, outcome.err) == (0, "")
+        row = next(row for row in json.loads(outcome.out)["comparison"] if row["quantity"] == "peak_compression_kN")
+        return {name: value for name, value in row.items() if name != "quantity"}
+
+    expected = {"1_bag": 100.0, "2_bag": 300.0, "2_bag_difference": 200.0}
+    assert peaks("--node", "/haul", "--run", "1", "--run", "2") == expected
+    trains = peaks("--node", "/haul", "--node", "/b/haul", "--run", "1")
+    assert trains == {"1_bag": 100.0, "2_bag": 200.0, "2_bag_difference": 100.0}
+    refused = haul("compare", "bag.mcap", "bag.mcap", *(["--run", "1"] * 3))
+    assert refused.status == 2
+    assert refused.err == "haul: --run 3 times for 2 recordings, expected once for all or once for each\n"
 
 
 @pytest.mark.parametrize(
