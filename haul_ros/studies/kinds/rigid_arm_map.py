@@ -135,8 +135,9 @@ def _mark_fitted(axes: Axes, panel: Panel) -> None:
     _, speed, time = fitted
     x, y = panel.wave_speeds.index(speed) + 0.5, panel.times.index(time) + 0.5
     axes.plot([x], [y], "s", ms=26, mfc="none", mec="black", mew=1.8)
-    where = {"xytext": (0, 16), "textcoords": "offset points", "ha": "center"}
-    axes.annotate("fitted to the paper", (x, y), fontsize=8, weight="bold", **where)
+    axes.annotate(
+        "fitted to the paper", (x, y), (0, 16), textcoords="offset points", ha="center", fontsize=8, weight="bold"
+    )
 
 
 RIGID_ARM_MAP = judged(_needs, rigid_arm_map, map_figure)
