@@ -69,6 +69,8 @@ class Watched:
             self.page.wait_for_timeout(20)
 
     def text(self, selector: str) -> str:
+        """As it stands once what has been asked for is drawn, which the page does before the next frame."""
+        self.page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
         return self.page.inner_text(selector)
 
     @property

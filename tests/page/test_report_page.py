@@ -142,10 +142,8 @@ def test_a_drag_zooms_and_0_shows_all_again(opened: Watched, samples: Samples) -
     mouse.down()
     mouse.move(opened.point(15.0, 100, all_of_it, 207)[0], y, steps=3)
     mouse.up()
-    opened.page.wait_for_timeout(100)
     assert opened.hover(11.0, 100, (10.0, 15.0), 207)[1] == pytest.approx(11.0, abs=0.06)
     opened.page.keyboard.press("0")
-    opened.page.wait_for_timeout(100)
     assert opened.hover(30.0, 100, all_of_it, 207)[1] == pytest.approx(30.0, abs=0.05)
 
 
@@ -170,7 +168,6 @@ def test_events_peaks_and_other_quantities_lead_to_their_places(opened: Watched,
     assert opened.text("#peaks-body tr:first-child").split()[:3] == ["93", "877.3", "7.445"]
     assert "877.3 kN" in opened.text("#summary")
     opened.page.select_option("#quantity", "cylinder")
-    opened.page.wait_for_timeout(100)
     name, at, text = opened.hover(1.0, 1, ends(samples), 208)
     assert name == "vehicle_001_SS4"
     row = np.abs(samples.pressure.time_ns / NS_PER_S - at).argmin()
