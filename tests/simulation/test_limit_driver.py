@@ -208,12 +208,12 @@ def test_on_a_grade_that_a_light_application_does_not_hold_he_plans_to_brake_har
 
 
 # The second only where it is steepest, with the slowest limit on its way
-HOLD: dict[str, Any] = {"driver": {"speed_kmh": 65, "traction_kN": 400, "electric_brake_kN": 400}}
+HOLDING: dict[str, Any] = {"driver": {"speed_kmh": 65, "traction_kN": 400, "electric_brake_kN": 400}}
 STEEPEST: dict[str, Any] = {"track.start_chainage_m": 28_000, "initial_speed_kmh": 55, "max_duration_s": 1400}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("changes", "ends"), [({}, 61_000.0), (HOLD | STEEPEST, 49_000.0)], ids=["cyclic", "hold"])
+@pytest.mark.parametrize(("changes", "ends"), [({}, 61_000.0), (HOLDING | STEEPEST, 49_000.0)], ids=["cyclic", "hold"])
 def test_on_the_shipped_descent_no_part_of_the_train_is_over_a_limit(changes: dict[str, Any], ends: float) -> None:
     """70 km with 80, 70 and 60 km/h, from 3 per mille up to 12 down: 20 000 t, and no wagon releases unasked."""
     session, logs = run(load_scenario("daqin_descent", changes | {"time_step_ms": 4}))
