@@ -1,23 +1,23 @@
 """Sphinx, as `python -m sphinx -W docs BUILD` and rosdoc2 run it."""
 
-import re
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 from pygments.lexers import TextLexer
 from sphinx.highlighting import lexers
 
-_ROOT = Path(__file__).resolve().parent.parent
 if find_spec("haul_ros") is None:
-    sys.path.insert(0, str(_ROOT))
+    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 for _language in ("mermaid", "csv"):  # which Pygments does not know
     lexers[_language] = TextLexer()
 
 project = "haul_ros"
 copyright = "haul_ros maintainers, Apache-2.0"
-release = re.search(r'__version__ = "(.+)"', (_ROOT / "haul_ros/version.py").read_text("utf-8")).group(1)  # type: ignore[union-attr]
+if find_spec("haul_ros"):  # rosdoc2 runs this file from elsewhere, and knows the version from package.xml
+    release = import_module("haul_ros.version").__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
 myst_enable_extensions = ["dollarmath", "fieldlist"]
@@ -33,4 +33,3 @@ autodoc_mock_imports = [
 ]
 
 html_theme = "sphinx_rtd_theme"
-html_title = f"haul_ros {release}"

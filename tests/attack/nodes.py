@@ -89,7 +89,7 @@ class Live:
         """
         awake = handles(self.node.process.pid, signal.SIGTERM)
         ended = self.node.end(number)
-        if not awake and ended == -number:
+        if not awake and not self.couplers:
             return
         if ended == -signal.SIGSEGV and _CRASH_OF_FAST_DDS.search(self.node.log):
             print("the middleware crashed while the node was taken apart, which is known (docs/attack.md)", flush=True)
