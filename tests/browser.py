@@ -6,11 +6,11 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import monotonic
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Request, sync_playwright
 
 from tests.waiting import WAIT
 
@@ -70,7 +70,8 @@ class Watched:
 
     def text(self, selector: str) -> str:
         """As it stands once what has been asked for is drawn, which the page does before the next frame."""
-        self.page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+        with suppress(Error):  # the live page loads itself again for another train
+            self.page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
         return self.page.inner_text(selector)
 
     @property

@@ -59,7 +59,7 @@ def test_what_is_recorded_is_every_tenth_of_what_is_published_rounded_alike(
     assert (series.time_ns[:-1] % 100_000_000 == 0).all()
     assert len(series.time_ns) > 50
     both = [n for n, time_ns in enumerate(series.time_ns.tolist()) if time_ns in forces]
-    assert len(both) > 30
+    assert len(both) > 10  # a reader that lacks time does not get all
     for n in both:
         assert series.force[n].tobytes() == forces[int(series.time_ns[n])].tobytes()
     assert all((force % 64.0 == 0.0).all() for force in forces.values())

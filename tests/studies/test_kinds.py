@@ -171,8 +171,8 @@ def test_the_map_marks_the_sets_of_the_catalogue_that_are_fitted_together() -> N
     study = load_study("rigid-arm-map")
     waves, times = ([point.values[axis.name] for point in axis.points] for axis in study.axes[1:3])
     assert marks(study) == [
-        ("paper_set_b", (waves.index(220) + 0.5, times.index(2) + 0.5)),
-        ("paper_set_a", (waves.index(250) + 0.5, times.index(1) + 0.5)),
+        ("fitted to the paper", (waves.index(220) + 0.5, times.index(2) + 0.5)),
+        ("fitted to the paper", (waves.index(250) + 0.5, times.index(1) + 0.5)),
     ]
 
 
