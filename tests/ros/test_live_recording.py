@@ -34,7 +34,6 @@ def test_what_is_recorded_is_every_tenth_of_what_is_published_rounded_alike(
         scenario=scenario_with_sensors,
         record_path="run.mcap",
         publish_rate=100.0,
-        real_time_factor=3.0,
         record_rate=10,
         **{"rounding.coupler_force": 100.0, "rounding.speed": 0.001, "rounding.pressure": 128.0},
     )
@@ -76,7 +75,7 @@ def test_what_is_recorded_is_every_tenth_of_what_is_published_rounded_alike(
         assert len(message.velocity) == 0
         stamp = message.header.stamp
         assert by_time[stamp.sec * 10**9 + stamp.nanosec] == list(message.effort)
-    assert len(measured) > 50
+    assert len(measured) > 10
 
 
 def codec_time(data: bytes) -> int:

@@ -213,7 +213,11 @@ STEEPEST: dict[str, Any] = {"track.start_chainage_m": 28_000, "initial_speed_kmh
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("changes", "ends"), [({}, 61_000.0), (HOLDING | STEEPEST, 49_000.0)], ids=["cyclic", "hold"])
+@pytest.mark.parametrize(
+    ("changes", "ends"),
+    [pytest.param({}, 61_000.0, marks=pytest.mark.hours), (HOLDING | STEEPEST, 49_000.0)],
+    ids=["cyclic", "hold"],
+)
 def test_on_the_shipped_descent_no_part_of_the_train_is_over_a_limit(changes: dict[str, Any], ends: float) -> None:
     """70 km with 80, 70 and 60 km/h, from 3 per mille up to 12 down: 20 000 t, and no wagon releases unasked."""
     session, logs = run(load_scenario("daqin_descent", changes | {"time_step_ms": 4}))
