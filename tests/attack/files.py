@@ -116,6 +116,8 @@ def arguments(rng: random.Random, folder: Path) -> Outcome:
     words = [word.replace("\0", "") for word in words]
     if command.name == "run":
         words += SHORT
+    if command.name in ("view", "watch"):  # which otherwise go on until they are told to end
+        words.append("--unknown")
     if command.name == "study":
         words += ["--set", "max_duration_s=0.01", "--set", "commands=[]"] if "sweep" in words else ["--unknown"]
     return haul(*words)[0]
