@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from haul_ros.cli.commands import COMMANDS, Subcommand
+from haul_ros.markdown import cell
 
 _ORIGIN = "made from haul_ros/cli/commands.py by: python -m haul_ros.cli.command_page"
 _STATUS = """\
@@ -45,9 +46,8 @@ def _name(action: argparse.Action) -> str:
 
 
 def _meaning(action: argparse.Action) -> str:
-    help_text = (action.help or "").replace("|", "\\|").replace("<", "&lt;")
     required = "required" if action.option_strings and action.required else ""
-    return "; ".join(filter(None, [help_text, required]))
+    return "; ".join(filter(None, [cell(action.help or ""), required]))
 
 
 def main() -> int:

@@ -157,13 +157,15 @@ def _brake(parser: ArgumentParser) -> None:
 
 def _view(parser: ArgumentParser) -> None:
     parser.add_argument("--drive", action="store_true", help="with a driver's desk; without it the page only looks")
-    parser.add_argument(
-        "--node", metavar="NAME", help="full name of the node, such as /train_a/haul, default: the one that is found"
-    )
+    _watched_node(parser)
     parser.add_argument("--port", metavar="N", type=int, default=0, help="of 127.0.0.1, default: any that is free")
 
 
 def _watch(parser: ArgumentParser) -> None:
+    _watched_node(parser)
+
+
+def _watched_node(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--node", metavar="NAME", help="full name of the node, such as /train_a/haul, default: the one that is found"
     )

@@ -33,6 +33,7 @@ from haul_ros.recording.series import (
     VehicleSeries,
 )
 from haul_ros.recording.train_source import TrainSource
+from haul_ros.units import NS_PER_S
 
 MOST_ENTRIES = 2_000_000
 """Numbers and events of all topics but the samples: some 200 MB of memory."""
@@ -81,11 +82,11 @@ class TrainBag(TrainSource):
         self.vehicles = self._names(_VEHICLES)
         self.samples = len(self._clock[0])
         self.begin_ns, self.end_ns = int(self._clock[1][0]), int(self._clock[1][-1])
-        slaves = sorted(
+        locomotives = sorted(
             (topic.removeprefix(f"{self.node}/").partition("/")[0] for topic in self._of_node("applied_brake")),
             key=lambda name: (name != "master", len(name), name),
         )
-        self.locomotives = tuple(slaves)
+        self.locomotives = tuple(locomotives)
         self.scenario_document = self._raw.scenario_document
         self.title = f"{path.name}, recorded by {self._raw.library or 'another program'}"
         self.notes = (self._raw.cut_off,) if self._raw.cut_off else ()
@@ -130,7 +131,7 @@ class TrainBag(TrainSource):
                 entry: Any = typestore().deserialize_cdr(data, LOG)
                 kind = known.get(entry.name.rpartition(".")[2])
                 if kind is not None and self._first_log <= log_time < self._end_log:
-                    events.append(Event(entry.stamp.sec * 1_000_000_000 + entry.stamp.nanosec, kind, entry.msg))
+                    events.append(Event(entry.stamp.sec * NS_PER_S + entry.stamp.nanosec, kind, entry.msg))
         return tuple(events)
 
     def final_extremes(self) -> RecordedExtremes | None:

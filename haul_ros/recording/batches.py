@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from haul_ros.messages.cdr import ArrayCodec, JointStateCodec, typestore
+from haul_ros.messages.cdr import JOINT_ARRAYS, ArrayCodec, JointStateCodec, typestore
 from haul_ros.messages.channels import FLOAT64_ARRAY, JOINT_STATE
 from haul_ros.model.sample import FloatArray
 from haul_ros.recording.raw_messages import RawMessage
 from haul_ros.recording.series import TimeArray
 from haul_ros.units import NS_PER_S
 
-_ARRAYS = ("position", "velocity", "effort")
 _STAMPS = {True: struct.Struct("<iI"), False: struct.Struct(">iI")}
 _CDR_HEAD = 4
 LARGEST_STATE = 1024 * 1024
@@ -35,15 +34,11 @@ def joint_names(data: bytes) -> tuple[str, ...]:
     return tuple(message.name)
 
 
-class JointBatch:
-    """``sensor_msgs/JointState`` of these names, as collected; `take` gives and forgets them.
+class _Batch:
+    """Messages as collected."""
 
-    An array that a message does without is NaN throughout.
-    """
-
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._codec = JointStateCodec(names)
-        self._messages: list[bytes] = []
+    def __init__(self) -> None:
+        self._messages: list[RawMessage] = []
         self.size = 0
         """Bytes of the messages."""
 
@@ -53,7 +48,23 @@ class JointBatch:
     def add(self, message: RawMessage) -> None:
         """One more; ValueError: it is too long."""
         self.size += _checked_length(message)
-        self._messages.append(message.data)
+        self._messages.append(message)
+
+    def _taken(self) -> list[RawMessage]:
+        """Those collected, which are forgotten."""
+        messages, self._messages, self.size = self._messages, [], 0
+        return messages
+
+
+class JointBatch(_Batch):
+    """``sensor_msgs/JointState`` of these names, as collected; `take` gives and forgets them.
+
+    An array that a message does without is NaN throughout.
+    """
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        super().__init__()
+        self._codec = JointStateCodec(names)
 
     def take(self) -> tuple[TimeArray, tuple[FloatArray, FloatArray, FloatArray]]:
         """Stamps (m,) [ns], and position, velocity and effort (m, k).
@@ -63,7 +74,7 @@ class JointBatch:
         ValueError
             A message of other names or another shape.
         """
-        messages, self._messages, self.size = self._messages, [], 0
+        messages = [message.data for message in self._taken()]
         times = np.array([stamp_of(data) for data in messages], dtype=np.int64)
         if (rows := _as_rows(messages, self._codec.size)) is not None:
             try:
@@ -77,31 +88,19 @@ class JointBatch:
         message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
         if tuple(message.name) != self._codec.names:
             raise ValueError(f"a message of other names ({len(message.name)}) than the first ({self._codec.count})")
-        arrays = [np.asarray(getattr(message, name)) for name in _ARRAYS]
+        arrays = [np.asarray(getattr(message, name)) for name in JOINT_ARRAYS]
         lengths = {len(array) for array in arrays} - {0, self._codec.count}
         if lengths:
             raise ValueError(f"a message of {self._codec.count} names and {lengths.pop()} values")
         return [array if len(array) else np.full(self._codec.count, np.nan) for array in arrays]
 
 
-class PressureBatch:
+class PressureBatch(_Batch):
     """``std_msgs/Float64MultiArray`` of ``count`` numbers, as collected; `take` gives and forgets them."""
 
     def __init__(self, count: int) -> None:
+        super().__init__()
         self._codec = ArrayCodec("vehicle", count)
-        self._times: list[int] = []
-        self._messages: list[bytes] = []
-        self.size = 0
-        """Bytes of the messages."""
-
-    def __len__(self) -> int:
-        return len(self._messages)
-
-    def add(self, message: RawMessage) -> None:
-        """One more; ValueError: it is too long."""
-        self.size += _checked_length(message)
-        self._times.append(message.log_time)
-        self._messages.append(message.data)
 
     def take(self) -> tuple[TimeArray, FloatArray]:
         """Times by the recorder's clock (m,) [ns] and values (m, count).
@@ -111,8 +110,9 @@ class PressureBatch:
         ValueError
             A message of another shape.
         """
-        messages, self._messages, self.size = self._messages, [], 0
-        times, self._times = np.array(self._times, dtype=np.int64), []
+        taken = self._taken()
+        messages = [message.data for message in taken]
+        times = np.array([message.log_time for message in taken], dtype=np.int64)
         if (rows := _as_rows(messages, self._codec.size)) is not None:
             try:
                 return times, self._codec.decode_many(rows)[0]

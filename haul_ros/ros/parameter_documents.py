@@ -11,6 +11,7 @@ import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
+from haul_ros.markdown import cell
 from haul_ros.ros.parameters import ParameterRow, parameter_rows
 
 _SLAVE = "slave_1"
@@ -60,17 +61,13 @@ def _table(rows: Iterable[ParameterRow]) -> list[str]:
     head = ["| parameter | type | default | accepted | may be set | meaning |", "|---|---|---|---|---|---|"]
     return head + [
         f"| `{row.name.replace(f'.{_SLAVE}.', '.<slave>.')}` | {_TYPES[row.kind]} | {_default(row)} "
-        f"| {row.accepted()} | {'at the start' if row.read_only else 'at any time'} | {_cell(row.described())} |"
+        f"| {row.accepted()} | {'at the start' if row.read_only else 'at any time'} | {cell(row.described())} |"
         for row in rows
     ]
 
 
 def _default(row: ParameterRow) -> str:
     return _SCENARIO if row.default is None else f"`{json.dumps(row.default)}`"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "&lt;")
 
 
 def main() -> int:

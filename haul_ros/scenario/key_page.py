@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from haul_ros.markdown import cell
 from haul_ros.resources import config_dir
 
 _ORIGIN = "made from config/schema by: python -m haul_ros.scenario.key_page"
@@ -39,7 +40,7 @@ def _rows(
 ) -> Iterator[str]:
     schema, root = _resolved(schema, root, schemas)
     value = ", ".join(filter(None, ["required" if required else "", _value(schema)]))
-    yield f"| `{key}` | {value} | {_cell(schema.get('description', ''))} |"
+    yield f"| `{key}` | {value} | {cell(schema.get('description', ''))} |"
     for name, inner in schema.get("properties", {}).items():
         yield from _rows(f"{key}.{name}", inner, root, schemas, required=name in schema.get("required", ()))
     for inner in schema.get("patternProperties", {}).values():
@@ -93,10 +94,6 @@ def _kind(schema: Mapping[str, Any]) -> str:
 def _range(schema: Mapping[str, Any]) -> str:
     limits = (("minimum", "from"), ("exclusiveMinimum", "above"), ("maximum", "to"), ("exclusiveMaximum", "below"))
     return " ".join(f"{word} {schema[name]:g}" for name, word in limits if name in schema)
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "&lt;")
 
 
 def main() -> int:
