@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from haul_ros.errors import RecordingError
 from haul_ros.model.sample import FloatArray
-from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import Samples
 from haul_ros.units import NS_PER_S
 
@@ -27,24 +25,6 @@ class History:
     speed_time: FloatArray
     head_speed: FloatArray
     tail_speed: FloatArray
-
-
-def read_history(recording: Recording, max_columns: int) -> History:
-    """The history of a recorded run in at most ``max_columns`` columns, read piece by piece.
-
-    Raises
-    ------
-    RecordingError
-        The file is damaged or holds no samples.
-    """
-    channels = recording.channels
-    for channel in (channels.couplers, channels.vehicles):
-        if not recording.count(channel):
-            raise RecordingError(f"{recording.path}: holds no {channel.topic}: nothing was run")
-    builder = HistoryBuilder(recording.count(channels.couplers), max_columns)
-    for block in recording.blocks():
-        builder.add(block)
-    return builder.history()
 
 
 class HistoryBuilder:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from haul_ros.analysis.brake_timing import LEVELS, Filling
 from haul_ros.analysis.energy_flow import SampledEnergy
+from haul_ros.analysis.envelopes import bottomed, largest_force
 from haul_ros.analysis.fatigue import BIN_WIDTH, Spectrum
 from haul_ros.analysis.motion import Stop
 from haul_ros.analysis.numbers import CouplerNumbers, Numbers
@@ -80,7 +81,7 @@ def coupler_table(numbers: CouplerNumbers, layout: TrainLayout) -> Table:
         "max_compression_time_s": best.compression_time,
         "max_tension_kN": best.tension / 1e3,
         "max_tension_time_s": best.tension_time,
-        "max_force_kN": np.maximum(best.compression, best.tension) / 1e3,
+        "max_force_kN": largest_force(best) / 1e3,
         "max_compression_stroke_mm": best.compression_stroke * 1e3,
         "max_compression_stroke_time_s": peaks.compression_stroke_time,
         "max_tension_stroke_mm": best.tension_stroke * 1e3,
@@ -93,6 +94,8 @@ def coupler_table(numbers: CouplerNumbers, layout: TrainLayout) -> Table:
         **of_each,
         "work_taken_kJ": numbers.work_taken / 1e3,
     }
+    if layout.full_strokes is not None:
+        columns["bottomed"] = bottomed(layout.full_strokes, best)
     if numbers.dissipated is not None:
         columns["dissipated_energy_kJ"] = numbers.dissipated / 1e3
     if (spectrum := numbers.spectrum) is not None:

@@ -1,4 +1,4 @@
-"""Peaks per coupler as a table, in the units of the field, and tables as files."""
+"""Tables as files."""
 
 from __future__ import annotations
 
@@ -14,10 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from haul_ros.analysis.envelopes import bottomed_couplers, largest_force
 from haul_ros.files import create_file
-from haul_ros.model.consist import Consist
-from haul_ros.model.sample import CouplerExtremes
 
 Table = Mapping[str, Sequence[object]]
 """Columns of equal length by name; the unit is the end of the name."""
@@ -25,32 +22,6 @@ Table = Mapping[str, Sequence[object]]
 _Append = Callable[[Table], None]
 _BATCH = 50
 """Pieces of a table that are in memory at a time."""
-
-
-def peak_table(consist: Consist, extremes: CouplerExtremes) -> Table:
-    """One row per coupler from the head: where it is, and the largest of every time step.
-
-    Forces and strokes are magnitudes; ``position`` is j/N for the j-th coupler of a train of N
-    vehicles, ``distance_from_head_m`` that of the coupler with the train at rest, couplers free.
-    """
-    n, names = len(consist.vehicles), consist.vehicle_names
-    bottomed = set(bottomed_couplers(consist, extremes))
-    behind = np.cumsum([vehicle.length for vehicle in consist.vehicles])[:-1]
-    return {
-        "coupler": list(consist.coupler_names),
-        "vehicle_before": list(names[:-1]),
-        "vehicle_behind": list(names[1:]),
-        "position": [j / n for j in range(1, n)],
-        "distance_from_head_m": behind.tolist(),
-        "max_compression_kN": (extremes.compression / 1e3).tolist(),
-        "max_compression_time_s": extremes.compression_time.tolist(),
-        "max_tension_kN": (extremes.tension / 1e3).tolist(),
-        "max_tension_time_s": extremes.tension_time.tolist(),
-        "max_force_kN": (largest_force(extremes) / 1e3).tolist(),
-        "max_compression_stroke_mm": (extremes.compression_stroke * 1e3).tolist(),
-        "max_tension_stroke_mm": (extremes.tension_stroke * 1e3).tolist(),
-        "bottomed": [j in bottomed for j in range(n - 1)],
-    }
 
 
 def write_table(table: Table, stem: Path) -> list[Path]:

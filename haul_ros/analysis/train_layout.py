@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from haul_ros.analysis.envelopes import full_strokes
 from haul_ros.model.consist import Consist, Locomotive
 from haul_ros.model.sample import FloatArray
 from haul_ros.model.scenario import Scenario
@@ -16,8 +17,8 @@ from haul_ros.recording.train_source import TrainSource
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainLayout:
     """Names of ``vehicles`` and ``couplers``; ``geared`` (n_couplers,): not a rigid drawbar; ``locomotives`` that take
-    commands; ``wagons`` (indices of vehicles without traction) and ``lengths`` (n_vehicles,) [m] of the vehicles, None:
-    not known."""
+    commands; ``wagons`` (indices of vehicles without traction), ``lengths`` (n_vehicles,) [m] of the vehicles and
+    ``full_strokes`` (n_couplers,) [m] of the gears, None: not known."""
 
     vehicles: tuple[str, ...]
     couplers: tuple[str, ...]
@@ -25,6 +26,7 @@ class TrainLayout:
     locomotives: tuple[Locomotive, ...] = ()
     wagons: tuple[int, ...] = ()
     lengths: FloatArray | None = None
+    full_strokes: FloatArray | None = None
 
     @staticmethod
     def of(consist: Consist) -> TrainLayout:
@@ -36,6 +38,7 @@ class TrainLayout:
             locomotives=consist.locomotives,
             wagons=tuple(i for i, v in enumerate(consist.vehicles) if v.max_tractive_effort == 0.0),
             lengths=np.array([vehicle.length for vehicle in consist.vehicles]),
+            full_strokes=full_strokes(consist),
         )
 
     @staticmethod

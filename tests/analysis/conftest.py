@@ -8,8 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from haul_ros.analysis.history import History, HistoryBuilder
+from haul_ros.analysis.numbers import numbers_of
+from haul_ros.analysis.scenarios import scenario_of
 from haul_ros.messages.encoder import TelemetryEncoder
 from haul_ros.model.scenario import Scenario
+from haul_ros.recording.trains import open_train
 from haul_ros.recording.writer import McapRecorder
 from haul_ros.scenario import load_scenario_text
 from haul_ros.simulation.batch import periods
@@ -37,6 +41,14 @@ def run(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Recorde
         for log in periods(session):
             recorder.put(encoder.messages(log), time.time_ns())
     return RecordedRun(session, path)
+
+
+def history_of(path: Path, columns: int) -> History:
+    """As an analysis gathers it."""
+    with open_train(path) as source:
+        builder = HistoryBuilder(source.samples, columns)
+        numbers_of(source, scenario_of(source), also=lambda block, _: builder.add(block))
+    return builder.history()
 
 
 @pytest.fixture

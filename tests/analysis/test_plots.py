@@ -9,7 +9,6 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from haul_ros.analysis.history import read_history
 from haul_ros.analysis.plots import HISTORY_COLUMNS, BrakeEvent, brake_events, history_figure, profile_figure
 from haul_ros.analysis.plotting import save_png
 from haul_ros.analysis.train_layout import TrainLayout
@@ -17,6 +16,7 @@ from haul_ros.model.scenario import Scenario
 from haul_ros.recording.reader import Recording
 from haul_ros.recording.series import ScalarSeries
 from haul_ros.scenario import load_scenario
+from tests.analysis.conftest import history_of
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import RecordedRun
@@ -31,8 +31,7 @@ def profile(scenario: Scenario, run: RecordedRun) -> Figure:
 
 @pytest.fixture
 def history(scenario: Scenario, run: RecordedRun) -> Figure:
-    with Recording(run.path) as recording:
-        shown = read_history(recording, HISTORY_COLUMNS)
+    shown = history_of(run.path, HISTORY_COLUMNS)
     events = [BrakeEvent(0.5, 0, True), BrakeEvent(1.5, 21, True), BrakeEvent(3.0, 21, False)]
     return history_figure(TrainLayout.of(scenario.consist), shown, events, "short train")
 
