@@ -131,7 +131,8 @@ def test_a_bag_by_another_recorder_gives_the_same_numbers(recorded: Haul) -> Non
     own_header, *own_rows = Path("own/peaks.csv").read_text("utf-8").splitlines()
     taken = [own_header.split(",").index(name) for name in header.split(",")]
     assert [row.split(",") for row in rows] == [[row.split(",")[i] for i in taken] for row in own_rows]
-    assert set(own_header.split(",")) - set(header.split(",")) == {"distance_from_head_m", "dissipated_energy_kJ"}
+    of_scenario = {"distance_from_head_m", "bottomed", "dissipated_energy_kJ"}
+    assert set(own_header.split(",")) - set(header.split(",")) == of_scenario
     words = recorded("analyze", "bag.mcap", "-o", "bag").out
     assert words.startswith("bag.mcap, recorded by libmcap 1.1.0\n  train              22 vehicles, 21 couplers\n")
 
