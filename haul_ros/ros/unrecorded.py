@@ -42,15 +42,18 @@ class Unrecorded:
     def __init__(self, consist: Consist, prefix: str, rates: UnrecordedRates, force_limit: Callable[[], float]) -> None:
         self._frame = prefix.lstrip("/")
         self._force_limit = force_limit
-        self._image = ForceImage(len(consist.couplers))
-        self._markers = TrainMarkers(consist)
-        made: list[tuple[float, Channel, Callable[[Sample], bytes]]] = [
-            (rates.clock, CLOCK_CHANNEL, lambda sample: encode_clock(sample.time_ns)),
-            (rates.force_image, Channel(f"{prefix}/force_image", IMAGE, EVENT._replace(depth=1)), self._scrolled),
-            (rates.train_markers, Channel(f"{prefix}/train_markers", MARKERS, EVENT._replace(depth=1)), self._coloured),
-        ]
-        self._made = [(_Rate(rate), channel, make) for rate, channel, make in made if rate > 0.0]
-        self._with_image = rates.force_image > 0.0
+        self._image: ForceImage | None = None
+        self._made: list[tuple[_Rate, Channel, Callable[[Sample], bytes]]] = []
+        if rates.clock:
+            self._made.append((_Rate(rates.clock), CLOCK_CHANNEL, lambda sample: encode_clock(sample.time_ns)))
+        if rates.force_image:
+            self._image = image = ForceImage(len(consist.couplers))
+            channel = Channel(f"{prefix}/force_image", IMAGE, EVENT._replace(depth=1))
+            self._made.append((_Rate(rates.force_image), channel, lambda sample: self._scrolled(image, sample)))
+        if rates.train_markers:
+            markers = TrainMarkers(consist)
+            channel = Channel(f"{prefix}/train_markers", MARKERS, EVENT._replace(depth=1))
+            self._made.append((_Rate(rates.train_markers), channel, lambda sample: self._coloured(markers, sample)))
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -59,16 +62,16 @@ class Unrecorded:
 
     def messages(self, sample: Sample) -> list[Message]:
         """What is due with a sample."""
-        if self._with_image:
+        if self._image is not None:
             self._image.add(sample.coupler_force)
         time_ns = sample.time_ns
         return [Message(channel, time_ns, make(sample)) for rate, channel, make in self._made if rate.is_due(time_ns)]
 
-    def _scrolled(self, sample: Sample) -> bytes:
-        return self._image.scroll(sample.time_ns, self._frame, self._force_limit())
+    def _scrolled(self, image: ForceImage, sample: Sample) -> bytes:
+        return image.scroll(sample.time_ns, self._frame, self._force_limit())
 
-    def _coloured(self, sample: Sample) -> bytes:
-        return self._markers.encode(sample, self._frame, self._force_limit())
+    def _coloured(self, markers: TrainMarkers, sample: Sample) -> bytes:
+        return markers.encode(sample, self._frame, self._force_limit())
 
 
 class _Rate:
